@@ -137,6 +137,8 @@ def choose(environ: Mapping[str, str] = os.environ) -> Choice:
     if found:
         versions = ", ".join(str(v) for v in sorted({library.major for library in found}))
         return Choice(
-            None, tuple(found), f"only LLVM {versions} is installed, and Dr.Jit needs {MINIMUM_MAJOR} or newer"
+            None,
+            tuple(found),
+            f"only LLVM {versions} is installed, and Dr.Jit needs {MINIMUM_MAJOR} or newer",
         )
     return Choice(None, (), "no LLVM library is installed")

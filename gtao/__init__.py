@@ -1,0 +1,66 @@
+"""Ambient occlusion that is right and can prove it.
+
+The names below are the public core. The rooms ``gtao.render`` (ground truth with Mitsuba), ``gtao.io``, ``gtao.fit``,
+``gtao.evaluate``, ``gtao.plot`` and ``gtao.workflows`` load when they are first used, so that ``import gtao`` needs
+neither Mitsuba nor the scientific stack.
+"""
+
+import importlib
+from typing import Any
+
+from . import backend as backend  # settles the LLVM library: must come before anything that imports Dr.Jit
+from ._version import __version__
+from .camera import OrthographicCamera, PerspectiveCamera, camera_from_dict
+from .config import GTAO, LinearFalloff, method_from_dict
+from .data import JIMENEZ2016, SPHERE, MultibounceFit
+from .errors import (
+    BackendError,
+    ConfigError,
+    FitError,
+    GtaoError,
+    ImageError,
+    RecordError,
+    SceneError,
+    ShapeError,
+)
+from .estimators import ambient_occlusion, multibounce
+from .gbuffer import GBuffer
+from .results import AmbientOcclusion
+
+__all__ = [
+    "GTAO",
+    "JIMENEZ2016",
+    "SPHERE",
+    "AmbientOcclusion",
+    "BackendError",
+    "ConfigError",
+    "FitError",
+    "GBuffer",
+    "GtaoError",
+    "ImageError",
+    "LinearFalloff",
+    "MultibounceFit",
+    "OrthographicCamera",
+    "PerspectiveCamera",
+    "RecordError",
+    "SceneError",
+    "ShapeError",
+    "__version__",
+    "ambient_occlusion",
+    "backend",
+    "camera_from_dict",
+    "method_from_dict",
+    "multibounce",
+]
+
+_ROOMS = ("evaluate", "fit", "io", "plot", "render", "workflows")
+
+
+def __getattr__(name: str) -> Any:
+    if name in _ROOMS:
+        return importlib.import_module(f".{name}", __name__)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted([*__all__, *_ROOMS])

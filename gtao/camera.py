@@ -1,0 +1,260 @@
+"""Pinhole and orthographic cameras in the view frame: +x right, +y up, looking along -z.
+
+Pixel coordinates are continuous, (0, 0) is the top left corner of the top left pixel, centres lie at half-integers.
+"""
+
+import math
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import drjit as dr
+
+from .backend import types_of
+from .errors import ConfigError
+
+__all__ = ["OrthographicCamera", "PerspectiveCamera", "camera_from_dict"]
+
+
+def _check_size(width: int, height: int) -> None:
+    for name, value in (("width", width), ("height", height)):
+        if isinstance(value, bool) or value != int(value) or value < 1:
+            raise ConfigError(f"camera {name} must be a positive integer, got {value!r}")
+
+
+def _check_finite(**values: float) -> None:
+    for name, value in values.items():
+        if not math.isfinite(value):
+            raise ConfigError(f"camera {name} must be finite, got {value}")
+
+
+def _check_positive(**values: float) -> None:
+    for name, value in values.items():
+        if not (math.isfinite(value) and value > 0):
+            raise ConfigError(f"camera {name} must be finite and positive, got {value}")
+
+
+class _Camera:
+    width: int
+    height: int
+    cx: float
+    cy: float
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """``(height, width)``, as images are indexed."""
+        return self.height, self.width
+
+    def crop(self, x0: int, y0: int, width: int, height: int):
+        """The camera of the window whose top left pixel is ``(x0, y0)``; it may reach beyond the frame."""
+        return replace(self, width=width, height=height, cx=self.cx - x0, cy=self.cy - y0)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers that :func:`camera_from_dict` turns back into the same camera."""
+        return {"type": self.kind, **asdict(self)}
+
+
+@dataclass(frozen=True)
+class PerspectiveCamera(_Camera):
+    """Pinhole camera.
+
+    Give either ``fov_y`` or the focal lengths. The principal point ``(cx, cy)`` is in pixels and defaults to the
+    centre of the frame.
+
+    Args:
+        width, height: size of the image in pixels.
+        fov_y: vertical field of view in radians, in (0, π); pixels are then square.
+        fx, fy: focal lengths in pixels; ``fy`` defaults to ``fx``.
+        cx, cy: principal point in pixels.
+        near: distance of the near plane, in scene units; only ray distances that start there need it.
+
+    Raises:
+        ConfigError: a number is out of range, or the focal length is given twice or not at all.
+    """
+
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    near: float = 0.0
+
+    kind = "perspective"
+    is_orthographic = False
+
+    def __init__(
+        self,
+        width: int,
+        height: int,
+        fov_y: float | None = None,
+        *,
+        fx: float | None = None,
+        fy: float | None = None,
+        cx: float | None = None,
+        cy: float | None = None,
+        near: float = 0.0,
+    ):
+        _check_size(width, height)
+        if (fov_y is None) == (fx is None):
+            raise ConfigError("give either fov_y or fx (and fy), not both and not neither")
+        if fov_y is not None:
+            if not 0 < fov_y < math.pi:
+                raise ConfigError(f"fov_y must be in (0, pi) radians, got {fov_y}")
+            fx = fy = 0.5 * height / math.tan(0.5 * fov_y)
+        assert fx is not None
+        fy = fx if fy is None else fy
+        cx = 0.5 * width if cx is None else cx
+        cy = 0.5 * height if cy is None else cy
+        _check_positive(fx=fx, fy=fy)
+        _check_finite(cx=cx, cy=cy, near=near)
+        if near < 0:
+            raise ConfigError(f"camera near must not be negative, got {near}")
+        values = {
+            "width": int(width),
+            "height": int(height),
+            "fx": float(fx),
+            "fy": float(fy),
+            "cx": float(cx),
+            "cy": float(cy),
+            "near": float(near),
+        }
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+
+    @property
+    def fov_y(self) -> float:
+        """Vertical field of view in radians."""
+        return math.atan((self.height - self.cy) / self.fy) + math.atan(self.cy / self.fy)
+
+    def project(self, P):
+        """Point(s) in the view frame to ``(x_px, y_px, view_z)``; meaningful only in front of the camera."""
+        view_z = -P.z
+        return self.cx + self.fx * P.x / view_z, self.cy - self.fy * P.y / view_z, view_z
+
+    def unproject(self, x_px, y_px, view_z):
+        """Pixel coordinates and distance along the optical axis to points (Array3) in the view frame."""
+        A3 = types_of(type(view_z)).Array3
+        return A3((x_px - self.cx) / self.fx * view_z, (self.cy - y_px) / self.fy * view_z, -view_z)
+
+    def view_z_from_ray_t(self, x_px, y_px, ray_t, *, from_near: bool = False):
+        """Distance along the unit ray to distance along the optical axis.
+
+        Args:
+            x_px, y_px: pixel coordinates.
+            ray_t: distance along the ray, in scene units.
+            from_near: the ray starts on the near plane (as Mitsuba's do) instead of in the camera.
+        """
+        x, y = (x_px - self.cx) / self.fx, (y_px - self.cy) / self.fy
+        z = ray_t / dr.sqrt(x * x + y * y + 1)
+        return z + self.near if from_near else z
+
+
+@dataclass(frozen=True)
+class OrthographicCamera(_Camera):
+    """Parallel projection along -z.
+
+    Args:
+        width, height: size of the image in pixels.
+        view_height: height of the frame in scene units; pixels are square unless ``view_width`` is given.
+        view_width: width of the frame in scene units.
+        cx, cy: pixel coordinates of the optical axis; default is the centre of the frame.
+        near: distance of the near plane, in scene units.
+
+    Raises:
+        ConfigError: a number is out of range.
+    """
+
+    width: int
+    height: int
+    view_height: float
+    view_width: float
+    cx: float
+    cy: float
+    near: float = 0.0
+
+    kind = "orthographic"
+    is_orthographic = True
+
+    def __init__(
+        self,
+        width: int,
+        height: int,
+        view_height: float,
+        *,
+        view_width: float | None = None,
+        cx: float | None = None,
+        cy: float | None = None,
+        near: float = 0.0,
+    ):
+        _check_size(width, height)
+        if view_width is None:
+            view_width = view_height * width / height
+        cx = 0.5 * width if cx is None else cx
+        cy = 0.5 * height if cy is None else cy
+        _check_positive(view_height=view_height, view_width=view_width)
+        _check_finite(cx=cx, cy=cy, near=near)
+        values = {
+            "width": int(width),
+            "height": int(height),
+            "view_height": float(view_height),
+            "view_width": float(view_width),
+            "cx": float(cx),
+            "cy": float(cy),
+            "near": float(near),
+        }
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+
+    @property
+    def fx(self) -> float:
+        """Pixels per scene unit along x."""
+        return self.width / self.view_width
+
+    @property
+    def fy(self) -> float:
+        """Pixels per scene unit along y."""
+        return self.height / self.view_height
+
+    def crop(self, x0: int, y0: int, width: int, height: int):
+        return OrthographicCamera(
+            width,
+            height,
+            height / self.fy,
+            view_width=width / self.fx,
+            cx=self.cx - x0,
+            cy=self.cy - y0,
+            near=self.near,
+        )
+
+    def project(self, P):
+        """Point(s) in the view frame to ``(x_px, y_px, view_z)``."""
+        return self.cx + self.fx * P.x, self.cy - self.fy * P.y, -P.z
+
+    def unproject(self, x_px, y_px, view_z):
+        """Pixel coordinates and distance along the optical axis to points (Array3) in the view frame."""
+        A3 = types_of(type(view_z)).Array3
+        return A3((x_px - self.cx) / self.fx, (self.cy - y_px) / self.fy, -view_z)
+
+    def view_z_from_ray_t(self, x_px, y_px, ray_t, *, from_near: bool = False):
+        """As for the pinhole camera; all rays are parallel to the axis, so only the near plane matters."""
+        return ray_t + self.near if from_near else ray_t
+
+
+Camera = PerspectiveCamera | OrthographicCamera
+
+
+def camera_from_dict(data: dict[str, Any]) -> Camera:
+    """The camera that :meth:`PerspectiveCamera.to_dict` or :meth:`OrthographicCamera.to_dict` described.
+
+    Raises:
+        ConfigError: the type is unknown or a number is missing or out of range.
+    """
+    kinds = {c.kind: c for c in (PerspectiveCamera, OrthographicCamera)}
+    data = dict(data)
+    kind = data.pop("type", None)
+    if kind not in kinds:
+        raise ConfigError(f"camera type must be one of {', '.join(kinds)}, got {kind!r}")
+    try:
+        return kinds[kind](**data)
+    except TypeError as error:
+        raise ConfigError(f"bad {kind} camera: {error}") from None

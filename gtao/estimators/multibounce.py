@@ -1,0 +1,76 @@
+"""Multi-bounce visibility from single-bounce visibility and albedo."""
+
+from typing import Any
+
+import drjit as dr
+
+from .. import backend
+from ..data.multibounce import JIMENEZ2016, MultibounceFit
+from ..errors import ConfigError, ShapeError
+from ..kernels.multibounce import evaluate
+
+__all__ = ["multibounce"]
+
+
+def _tensor(value: Any, name: str):
+    if dr.is_tensor_v(value):
+        return value
+    if not (hasattr(value, "__dlpack__") or hasattr(value, "__array_interface__")):
+        raise ShapeError(f"{name} must be an array or a number, got {type(value).__name__}")
+    return dr.tensor_t(backend.default_float())(value)
+
+
+def _check_range(tensor: Any, name: str, low: float, high: float) -> None:
+    flat = dr.detach(tensor.array)
+    wrong = ~((flat >= low) & (flat <= high))
+    if dr.any(wrong):
+        raise ShapeError(f"{name} must be in [{low:g}, {high:g}]: {dr.count(wrong)[0]} values are not")
+
+
+def multibounce(visibility: Any, albedo: Any, fit: MultibounceFit = JIMENEZ2016) -> Any:
+    """Visibility after several bounces of light, per colour channel.
+
+    The light that occluders reflect back grows with the albedo; a fit maps cosine-weighted visibility and albedo to
+    the fraction of ambient light that arrives after ``fit.bounces`` bounces (Jimenez et al. 2016, Eq. 10).
+
+    Args:
+        visibility: (H, W) cosine-weighted visibility. Estimates may exceed 1 by sampling error; they are clamped
+            to [0, 1] first. A finite radius makes the result an approximation.
+        albedo: (H, W, 3) or (H, W) diffuse albedo in [0, 1], or one number for all.
+        fit: published or refitted coefficients.
+
+    Returns:
+        Tensor of the shape of ``albedo`` (of ``visibility`` for a number), in [0, 1].
+
+    Raises:
+        ShapeError: shapes do not match, an albedo lies outside [0, 1], or a visibility is NaN or negative.
+        ConfigError: ``fit`` is not a :class:`MultibounceFit`.
+    """
+    backend.require()
+    if not isinstance(fit, MultibounceFit):
+        raise ConfigError(f"fit must be a MultibounceFit, got {type(fit).__name__}")
+    v = _tensor(visibility, "visibility")
+    shape = tuple(v.shape)
+    _check_range(v, "visibility", 0, float("inf"))
+    V = dr.select(v.array < 1, v.array, 1)
+
+    if isinstance(albedo, int | float):
+        if not 0 <= albedo <= 1:
+            raise ShapeError(f"albedo must be in [0, 1], got {albedo}")
+        out_shape, rho = shape, float(albedo)
+    else:
+        a = _tensor(albedo, "albedo")
+        out_shape, rho = tuple(a.shape), a.array
+        _check_range(a, "albedo", 0, 1)
+        if out_shape not in (shape, (*shape, 3)):
+            raise ShapeError(f"albedo must have shape {shape} or {(*shape, 3)}, got {out_shape}")
+        if out_shape != shape:
+            V = dr.repeat(V, 3)
+    if fit.form == "sphere_truncated":
+        coefficients = fit.coefficients
+    else:
+        Float = type(V)
+        coefficients = tuple(dr.opaque(Float, c) for c in fit.coefficients)
+    f = evaluate(fit.form, coefficients, V, rho)
+    f = dr.select(f < 1, f, 1)
+    return dr.tensor_t(type(f))(f, out_shape)

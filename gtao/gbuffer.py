@@ -1,0 +1,194 @@
+"""The input of every estimator: depth and normals of one frame, validated once."""
+
+from functools import cached_property
+from typing import Any
+
+import drjit as dr
+
+from . import backend
+from .camera import OrthographicCamera, PerspectiveCamera
+from .errors import ShapeError
+from .kernels import fetch, normals
+
+__all__ = ["GBuffer"]
+
+#: Largest tolerated deviation of a normal's length from 1; half-float buffers reach 1e-3.
+UNIT_TOLERANCE = 5e-3
+
+
+def to_tensor(value: Any, name: str, shape: tuple[int, ...]):
+    """A Dr.Jit tensor of ``shape`` that owns its memory, from anything with an array protocol."""
+    backend.require()
+    if dr.is_tensor_v(value) and dr.is_float_v(value):
+        tensor = value
+    else:
+        if not (hasattr(value, "__dlpack__") or hasattr(value, "__array_interface__")):
+            raise ShapeError(
+                f"{name} must be an array (NumPy, PyTorch, JAX, Dr.Jit tensor), got {type(value).__name__}"
+            )
+        kind = str(getattr(value, "dtype", ""))
+        if not any(word in kind.lower() for word in ("float", "int", "f32", "f64", "f16", ">f", "<f")):
+            raise ShapeError(f"{name} must hold real numbers, got dtype {kind or 'unknown'}")
+        if ">" in kind and hasattr(value, "astype"):
+            value = value.astype(value.dtype.newbyteorder("="))
+        double = "float64" in kind.lower()
+        Float = dr.float64_array_t(backend.default_float()) if double else backend.default_float()
+        try:
+            tensor = dr.tensor_t(Float)(value)
+        except (TypeError, RuntimeError) as error:
+            raise ShapeError(f"{name} cannot be read as an array: {error}") from None
+    if tuple(tensor.shape) != shape:
+        raise ShapeError(f"{name} must have shape {shape}, got {tuple(tensor.shape)}")
+    # A NumPy array is aliased, not copied, and its alignment would become part of the kernel.
+    flat = tensor.array if dr.grad_enabled(tensor) else dr.opaque(tensor.array)
+    return type(tensor)(flat, shape)
+
+
+def _any(mask) -> bool:
+    return bool(dr.any(mask, axis=None)[0])
+
+
+class GBuffer:
+    """Depth and normals of one frame.
+
+    Args:
+        view_z: (H, W) distance along the optical axis in scene units, positive; ``inf`` on the background. NumPy,
+            PyTorch, JAX or Dr.Jit (Mitsuba) arrays; float32 unless float64 comes in.
+        normal_v: (H, W, 3) unit normals in the view frame (+x right, +y up, camera looks along -z); ignored on the
+            background. ``None`` derives geometric normals from the depth.
+        camera: the camera that the frame was made with.
+        albedo: optional (H, W, 3) diffuse albedo in [0, 1].
+        motion: optional (H, W, 2) motion in pixels from the previous frame.
+
+    Raises:
+        ShapeError: a shape or type is wrong, depth is NaN or not positive, a normal is not finite or not unit.
+        BackendError: there is no usable Dr.Jit backend.
+    """
+
+    def __init__(self, view_z: Any, normal_v: Any, camera: Any, albedo: Any = None, motion: Any = None):
+        if not isinstance(camera, PerspectiveCamera | OrthographicCamera):
+            raise ShapeError(
+                f"camera must be a PerspectiveCamera or OrthographicCamera, got {type(camera).__name__}"
+            )
+        self.camera = camera
+        self.shape: tuple[int, int] = camera.shape
+        self.view_z = to_tensor(view_z, "view_z", self.shape)
+        self.mask = self._check_depth()
+        self.normals_derived = normal_v is None
+        if normal_v is None:
+            self.normal_v = self._derive_normals()
+        else:
+            self.normal_v = self._check_normals(to_tensor(normal_v, "normal_v", (*self.shape, 3)))
+        self.albedo = (
+            None if albedo is None else self._check_albedo(to_tensor(albedo, "albedo", (*self.shape, 3)))
+        )
+        self.motion = None if motion is None else to_tensor(motion, "motion", (*self.shape, 2))
+
+    @classmethod
+    def from_exr(cls, path: Any, camera: Any = None, **options: Any) -> "GBuffer":
+        """Read an EXR with the channel names of gtao, Mitsuba or Blender.
+
+        ``options`` are those of :func:`gtao.io.read_gbuffer`, which documents them and the errors.
+        """
+        from .io.exr import read_gbuffer
+
+        return read_gbuffer(path, camera, **options)
+
+    @property
+    def types(self):
+        """Array types of this buffer; see :func:`gtao.backend.types_of`."""
+        return backend.types_of(type(self.view_z))
+
+    @cached_property
+    def position_v(self):
+        """(H, W, 3) surface points in the view frame; zero on the background."""
+        P = dr.select(self.mask.array, self._unproject_flat(self.view_z.array), 0)
+        return self.types.Tensor(dr.ravel(P), (*self.shape, 3))
+
+    @cached_property
+    def affine_field(self):
+        """What the linear fetch reads; see :func:`gtao.kernels.fetch.affine_field`."""
+        height, width = self.shape
+        camera = self.camera
+        footprint = 1 / min(camera.fx, camera.fy)
+        field = fetch.affine_field(
+            dr.detach(self.view_z.array), width, height, footprint, camera.is_orthographic, self.types
+        )
+        dr.eval(field)
+        return field
+
+    def normal_arrays(self):
+        """The normals as an Array3."""
+        return dr.unravel(self.types.Array3, self.normal_v.array)
+
+    def _pixel_centres(self):
+        height, width = self.shape
+        index = dr.arange(self.types.UInt, width * height)
+        y = index // width
+        return self.types.Float(index - y * width) + 0.5, self.types.Float(y) + 0.5
+
+    def _unproject_flat(self, view_z):
+        x, y = self._pixel_centres()
+        return self.camera.unproject(x, y, view_z)
+
+    def _check_depth(self):
+        z = self.view_z.array
+        n_nan, n_bad = dr.count(dr.isnan(z))[0], dr.count(z <= 0)[0]
+        if n_nan:
+            raise ShapeError(
+                f"view_z is NaN at {n_nan} pixels; mark the background with inf and repair the rest"
+            )
+        if n_bad:
+            lowest = dr.min(z)[0]
+            raise ShapeError(
+                f"view_z must be positive (distance in front of the camera), got {n_bad} pixels down to {lowest:g};"
+                " mark the background with inf"
+            )
+        return self.types.TensorBool(dr.isfinite(z), self.shape)
+
+    def _check_normals(self, normal_v):
+        T = self.types
+        n = dr.unravel(T.Array3, normal_v.array)
+        if type(n) is not T.Array3:
+            n = T.Array3(n)
+        surface = self.mask.array
+        length = dr.norm(n)
+        bad = surface & ~dr.isfinite(length)
+        if dr.any(bad):
+            raise ShapeError(f"normal_v is not finite at {dr.count(bad)[0]} surface pixels")
+        off = surface & (abs(length - 1) > UNIT_TOLERANCE)
+        if dr.any(off):
+            raise ShapeError(
+                f"normal_v must be unit vectors: {dr.count(off)[0]} surface pixels are not"
+                f" (a length of {dr.gather(T.Float, length, dr.compress(off)[0])[0]:.4g}); normalise them first"
+            )
+        n = dr.select(surface, n / dr.select(surface, length, 1), T.Array3(0, 0, 1))
+        flat = dr.ravel(n)
+        if not dr.grad_enabled(flat):
+            dr.eval(flat)
+        return T.Tensor(flat, (*self.shape, 3))
+
+    def _check_albedo(self, albedo):
+        a = albedo.array
+        wrong = ~((a >= 0) & (a <= 1))
+        if dr.any(wrong):
+            raise ShapeError(f"albedo must be in [0, 1]: {dr.count(wrong)[0]} values are not")
+        return albedo
+
+    def _derive_normals(self):
+        T, camera = self.types, self.camera
+
+        def position(x, y, z):
+            return camera.unproject(T.Float(x) + 0.5, T.Float(y) + 0.5, z)
+
+        height, width = self.shape
+        n = normals.from_depth(self.view_z.array, position, width, height, camera.is_orthographic, T)
+        flat = dr.ravel(n)
+        if not dr.grad_enabled(flat):
+            dr.eval(flat)
+        return T.Tensor(flat, (*self.shape, 3))
+
+    def __repr__(self) -> str:
+        height, width = self.shape
+        extras = [name for name in ("albedo", "motion") if getattr(self, name) is not None]
+        return f"GBuffer({width}x{height}, {self.camera.kind}{''.join(', ' + e for e in extras)})"

@@ -1,0 +1,95 @@
+"""Reading a depth buffer at fractional pixel coordinates.
+
+Coordinates here count texel centres: x = 0 is the centre of column 0. "nearest" returns the texel under the point.
+"linear" interpolates the quantity that is affine in the image on a plane (1/z in perspective, z in parallel
+projection) and is therefore exact on planes; a cell of four texels that straddles a depth edge falls back to its
+nearest texel, because interpolating there would hang a curtain over the silhouette.
+"""
+
+import drjit as dr
+
+__all__ = ["EDGE_SLOPE", "affine_field", "linear", "nearest"]
+
+#: A step between neighbours counts as an edge when both one-sided extrapolations miss it by more than this many
+#: pixel footprints: a crease steeper than 76 degrees from one pixel to the next.
+EDGE_SLOPE = 4.0
+
+
+def nearest(buffer, x, y, width, UInt):
+    """Texel of ``buffer`` nearest to (x, y), and that texel's coordinates as floats. The point must lie inside."""
+    Float = type(x)
+    x, y = dr.round(x), dr.round(y)
+    index = UInt(dr.int32_array_t(Float)(dr.fma(y, width, x)))
+    return dr.gather(Float, buffer, index), x, y
+
+
+def affine_field(view_z, width, height, footprint, orthographic, types):
+    """The buffer that :func:`linear` reads: 1/z or z per texel, the sign bit set where the cell straddles an edge.
+
+    The cell of texel (x, y) has the corners (x, y) and (x+1, y+1).
+
+    Args:
+        view_z: flat depth, inf on the background.
+        footprint: width of a pixel per unit of depth (perspective) or in scene units (orthographic).
+    """
+    Float, UInt, Int = types.Float, types.UInt, types.Int
+    index = dr.arange(UInt, width * height)
+    y = index // width
+    x = index - y * width
+
+    def at(dx, dy):
+        i = Int(x) + dx
+        j = Int(y) + dy
+        i = dr.select(i < 0, 0, dr.select(i > width - 1, width - 1, i))
+        j = dr.select(j < 0, 0, dr.select(j > height - 1, height - 1, j))
+        z = dr.gather(Float, view_z, UInt(j * width + i))
+        return (z if orthographic else 1 / z), z
+
+    def continuous(before, a, b, after):
+        """Whether the step from a to b continues the slope on one of its sides."""
+        left = abs(b[0] - 2 * a[0] + before[0])
+        right = abs(a[0] - 2 * b[0] + after[0])
+        miss = dr.select(left < right, left, right)
+        # NaN (inf - inf on the background) compares false, so a cell that touches the background is an edge.
+        if orthographic:
+            return miss <= EDGE_SLOPE * footprint
+        far = dr.select(a[1] > b[1], a[1], b[1])
+        return dr.isfinite(far) & (miss * far <= EDGE_SLOPE * footprint)
+
+    rows = {(dx, dy): at(dx, dy) for dy in (0, 1) for dx in (-1, 0, 1, 2)}
+    columns = {(dx, dy): at(dx, dy) for dx in (0, 1) for dy in (-1, 2)} | {
+        (dx, dy): rows[dx, dy] for dx in (0, 1) for dy in (0, 1)
+    }
+    smooth = dr.full(types.Bool, True, width * height)
+    for k in (0, 1):
+        smooth &= continuous(*(rows[d, k] for d in (-1, 0, 1, 2)))
+        smooth &= continuous(*(columns[k, d] for d in (-1, 0, 1, 2)))
+    centre = rows[0, 0][0]
+    sign = dr.select(smooth, UInt(0), UInt(0x80000000))
+    if dr.type_v(Float) is dr.VarType.Float64:
+        return dr.select(smooth, centre, -centre)
+    return dr.reinterpret_array(Float, dr.reinterpret_array(UInt, centre) | sign)
+
+
+def linear(field, x, y, width, height, orthographic, types):
+    """view_z at (x, y) from the buffer that :func:`affine_field` made."""
+    Float, UInt, Int = types.Float, types.UInt, types.Int
+    x0, y0 = dr.floor(x), dr.floor(y)
+    x0 = dr.select(x0 < 0, 0, dr.select(x0 > width - 2, width - 2, x0))
+    y0 = dr.select(y0 < 0, 0, dr.select(y0 > height - 2, height - 2, y0))
+    u, v = x - x0, y - y0
+    index = UInt(Int(dr.fma(y0, width, x0)))
+    f00 = dr.gather(Float, field, index)
+    f10 = dr.gather(Float, field, index + 1)
+    f01 = dr.gather(Float, field, index + width)
+    f11 = dr.gather(Float, field, index + (width + 1))
+    if dr.type_v(Float) is dr.VarType.Float64:
+        edge = f00 < 0
+    else:
+        edge = dr.reinterpret_array(UInt, f00) >= 0x80000000
+    f00, f10, f01, f11 = abs(f00), abs(f10), abs(f01), abs(f11)
+    top, bottom = dr.fma(u, f10 - f00, f00), dr.fma(u, f11 - f01, f01)
+    right, low = u > 0.5, v > 0.5
+    texel = dr.select(low, dr.select(right, f11, f01), dr.select(right, f10, f00))
+    value = dr.select(edge, texel, dr.fma(v, bottom - top, top))
+    return value if orthographic else 1 / value

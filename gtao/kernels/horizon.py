@@ -1,0 +1,48 @@
+"""What one depth sample says about the horizon: a cosine ⟨ω_s, V⟩, possibly attenuated or cut at a radius."""
+
+import drjit as dr
+
+__all__ = ["attenuate", "cosine", "cut_at_sphere"]
+
+
+def cosine(D, V):
+    """⟨D, V⟩/|D| of the offset D from the shaded point to the sample, with |D|² and ⟨D, V⟩ (report Eq. 6)."""
+    d2 = dr.fma(D[0], D[0], dr.fma(D[1], D[1], D[2] * D[2]))
+    dV = dr.fma(D[0], V[0], dr.fma(D[1], V[1], D[2] * V[2]))
+    return dV * dr.rsqrt(d2), d2, dV
+
+
+def attenuate(c, low, distance2, scale, offset):
+    """Move c toward ``low`` (the tangent plane of its side) by a weight linear in distance.
+
+    The weight is clamp(scale · |D| + offset, 0, 1), that is 1 up to the start of the falloff and 0 from its end.
+    """
+    w = dr.fma(dr.sqrt(distance2), scale, offset)
+    w = dr.select(w > 0, dr.select(w < 1, w, 1), 0)
+    return dr.fma(w, c - low, low)
+
+
+def cut_at_sphere(c, d2, dV, p, radius, orthographic):
+    """Horizon cosine of the solid behind a sample, as far as it lies within ``radius`` of the shaded point.
+
+    A depth buffer is solid behind its samples: the matter on the eye ray through sample S starts at S. The part of
+    it inside the sphere starts at S itself when S is inside, else where the ray enters the sphere; a ray that starts
+    behind the sphere or misses it occludes nothing (cosine -1).
+
+    Args:
+        c, d2, dV: what :func:`cosine` returned.
+        p: distance from the eye to the shaded point (perspective only).
+    """
+    r2 = radius * radius
+    if orthographic:
+        b, eV = -dV, -1
+    else:
+        # The unit eye ray e through S = P + D, using P = -p V throughout.
+        rcp_s = dr.rsqrt(dr.fma(p, dr.fma(-2, dV, p), d2))
+        b = dr.fma(-p, dV, d2) * rcp_s
+        eV = (dV - p) * rcp_s
+    discriminant = dr.fma(b, b, r2 - d2)
+    t = -b - dr.sqrt(dr.select(discriminant > 0, discriminant, 0))
+    entry = dr.fma(t, eV, dV) / radius
+    outside = dr.select((discriminant > 0) & (t > 0), entry, -1)
+    return dr.select(d2 <= r2, c, outside)

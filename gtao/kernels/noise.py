@@ -1,0 +1,78 @@
+"""Per-pixel rotation and step offset, both in [0, 1), from pixel coordinates and a frame.
+
+The rotation is a fraction of the angle between two slices, the offset a fraction of one step. ``frame_rotation``,
+``frame_offset`` and ``key`` are computed on the host by :func:`frame_terms`, so that the kernel is the same in every
+frame.
+"""
+
+import drjit as dr
+
+__all__ = ["GOLDEN", "PATTERNS", "frame_terms", "pattern"]
+
+GOLDEN = 0.6180339887498949
+
+# Rotations in degrees and offsets per frame (Jimenez et al. 2016 slides); the cycle has 24 frames.
+_ROTATIONS = (60, 300, 180, 240, 120, 0)
+_OFFSETS = (0.0, 0.5, 0.25, 0.75)
+
+
+def frac(x):
+    """x - floor(x)."""
+    return x - dr.floor(x)
+
+
+def _none(x, y, frame_rotation, frame_offset, key, Float):
+    half = dr.full(Float, 0.5, dr.width(x))
+    return half, half
+
+
+def _spatial_4x4(x, y, frame_rotation, frame_offset, key, Float):
+    """16 directions in 4×4 pixels and 4 offsets; the slides' formula with its brackets put right."""
+    k = (((x + y) & 3) << 2) + (x & 3)
+    j = (y - x) & 3
+    return frac(dr.fma(Float(k), 1 / 16, frame_rotation)), frac(dr.fma(Float(j), 0.25, frame_offset))
+
+
+def _interleaved_gradient(x, y, frame_rotation, frame_offset, key, Float):
+    """Interleaved gradient noise (Jimenez 2014) for the rotation, the 4-valued offsets beside it."""
+    u, v = Float(x) + frame_rotation, Float(y) + frame_rotation
+    j = (y - x) & 3
+    return frac(52.9829189 * frac(dr.fma(u, 0.06711056, 0.00583715 * v))), frac(
+        dr.fma(Float(j), 0.25, frame_offset)
+    )
+
+
+def _white(x, y, frame_rotation, frame_offset, key, Float):
+    """Two independent uniform numbers from a keyed integer hash (PCG output permutation, twice)."""
+
+    def pcg(v):
+        v = v * 747796405 + 2891336453
+        v = ((v >> ((v >> 28) + 4)) ^ v) * 277803737
+        return (v >> 22) ^ v
+
+    h = pcg(pcg(pcg(x) + y) + key)
+    g = pcg(h)
+    return Float(h >> 8) * 2**-24, Float(g >> 8) * 2**-24
+
+
+PATTERNS = {
+    "none": _none,
+    "spatial_4x4": _spatial_4x4,
+    "interleaved_gradient": _interleaved_gradient,
+    "white": _white,
+}
+
+
+def frame_terms(name, frame_index, seed):
+    """``(frame_rotation, frame_offset, key)`` of a frame: two floats and a 32-bit integer."""
+    key = (seed * 0x9E3779B1 + frame_index * 0x85EBCA6B) & 0xFFFFFFFF
+    if name == "spatial_4x4":
+        return _ROTATIONS[frame_index % 6] / 360, _OFFSETS[(frame_index // 6) % 4], key
+    if name == "interleaved_gradient":
+        return 5.588238 * (frame_index % 64), _OFFSETS[frame_index % 4], key
+    return 0.0, 0.0, key
+
+
+def pattern(name, x, y, frame_rotation, frame_offset, key, Float):
+    """Rotation and offset of pattern ``name`` at integer pixel coordinates ``x, y`` (unsigned)."""
+    return PATTERNS[name](x, y, frame_rotation, frame_offset, key, Float)

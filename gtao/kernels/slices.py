@@ -1,0 +1,109 @@
+"""Slices about the view vector and the screen directions that march along them.
+
+The depth-buffer line through a pixel is a plane through the eye, so every screen line is a slice. Azimuths that are
+uniform in the image are however not uniform about V off the optical axis. :class:`SliceFrame` therefore starts from
+azimuths about V (measure "view", exact) and derives the screen direction; :class:`ScreenFrame` does what the papers
+print (measure "screen": image azimuths, no Jacobian).
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import drjit as dr
+
+__all__ = ["ScreenFrame", "SliceFrame", "clamped_start", "frame"]
+
+
+@dataclass(frozen=True)
+class SliceFrame:
+    """Per-pixel constants of the exact slice measure; V looks to the camera, V_z > 0."""
+
+    V: tuple[Any, Any, Any]
+    k: tuple[Any, Any]  # V_xy / (1 + V_z)
+    g: tuple[Any, Any]  # V_xy / (V_z (1 + V_z))
+    n: tuple[Any, Any, Any]
+    n_k: Any  # ⟨N, (k, 1)⟩
+
+    @classmethod
+    def at(cls, V, n):
+        Vx, Vy, Vz = V
+        r = 1 / (1 + Vz)
+        k = (Vx * r, Vy * r)
+        r = r / Vz
+        return cls(V, k, (Vx * r, Vy * r), n, dr.fma(n[0], k[0], dr.fma(n[1], k[1], n[2])))
+
+    def tangent(self, c, s):
+        """Unit tangent T(φ) ⊥ V for (c, s) = (cos φ, sin φ): the minimal rotation of (c, s, 0) from z to V."""
+        d = self._d(c, s)
+        return dr.fma(-d, self.k[0], c), dr.fma(-d, self.k[1], s), -d
+
+    def _d(self, c, s):
+        return dr.fma(c, self.V[0], s * self.V[1])
+
+    def normal_and_direction(self, c, s):
+        """⟨N, T⟩ and the direction to march in, in units of the image plane at distance 1 (x right, y up).
+
+        The direction is T_xy - T_z P_xy / P_z and its length matters: a step of τ along it is a rotation about the
+        eye by arctan(τ V_z / (1 - τ d)) toward T.
+        """
+        d = self._d(c, s)
+        nT = dr.fma(-d, self.n_k, dr.fma(c, self.n[0], s * self.n[1]))
+        return nT, dr.fma(d, self.g[0], c), dr.fma(d, self.g[1], s)
+
+    def extents(self, m, c, s):
+        """How far the two sides of the slice see a sphere about P, in units of the marching direction.
+
+        Args:
+            m: tangent of the angle under which the eye sees the sphere's radius.
+
+        Returns:
+            Extents toward -T and +T; infinite where the sphere reaches behind the image plane's horizon.
+        """
+        d = self._d(c, s)
+        a, b = dr.fma(-m, d, self.V[2]), dr.fma(m, d, self.V[2])
+        return dr.select(a > 0, m / a, dr.inf), dr.select(b > 0, m / b, dr.inf)
+
+
+@dataclass(frozen=True)
+class ScreenFrame:
+    """The published measure: directions uniform in the image, tangent = their projection orthogonal to V."""
+
+    V: tuple[Any, Any, Any]
+    n: tuple[Any, Any, Any]
+    nV: Any
+
+    @classmethod
+    def at(cls, V, n, nV):
+        return cls(V, n, nV)
+
+    def tangent(self, c, s):
+        """Unit tangent of image direction (c, s); the published listings forget to normalise it."""
+        d = self._d(c, s)
+        r = dr.rsqrt(dr.fma(-d, d, 1))
+        return dr.fma(-d, self.V[0], c) * r, dr.fma(-d, self.V[1], s) * r, -d * self.V[2] * r
+
+    def _d(self, c, s):
+        return dr.fma(c, self.V[0], s * self.V[1])
+
+    def normal_and_direction(self, c, s):
+        d = self._d(c, s)
+        nT = dr.fma(-d, self.nV, dr.fma(c, self.n[0], s * self.n[1])) * dr.rsqrt(dr.fma(-d, d, 1))
+        return nT, c, s
+
+    def extents(self, m, c, s):
+        """The published radius: the same in every direction."""
+        return m, m
+
+
+def frame(measure, V, n, nV):
+    """The frame of slice measure "view" or "screen"."""
+    return SliceFrame.at(V, n) if measure == "view" else ScreenFrame.at(V, n, nV)
+
+
+def clamped_start(nV, nT):
+    """Start values (c0, c1) of the horizon search: the tangent plane, cos(γ ∓ π/2) = ± n_T / |n_p|.
+
+    Searching upwards from there leaves horizons that are already clamped to the normal's hemisphere.
+    """
+    s = nT * dr.rsqrt(dr.fma(nT, nT, nV * nV))
+    return s, -s

@@ -1,0 +1,232 @@
+"""The GTAO kernel: visibility of every pixel of a depth buffer, in one fused launch.
+
+Slices run in a symbolic loop that carries the direction and turns it by a constant angle, steps are unrolled inside:
+of the formulations measured this compiles fastest and runs within a few percent of hand-written vector code.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import drjit as dr
+
+from . import arcs, fetch, horizon, noise, slices
+
+__all__ = ["Switches", "visibility"]
+
+# Beyond this many steps per side the step loop becomes symbolic too, in blocks of at most this many.
+_UNROLL = 32
+
+
+@dataclass(frozen=True)
+class Switches:
+    """What specialises the kernel; everything else reaches it as an array and changes without recompiling."""
+
+    width: int
+    height: int
+    orthographic: bool
+    n_slices: int
+    n_steps: int
+    weighting: str
+    slice_measure: str
+    fetch: str
+    snap_to_texel: bool
+    noise: str
+    step_exponent: float
+    unlimited: bool  # the radius is infinite
+    falloff: bool
+    clamp_px: bool
+
+
+@dataclass(frozen=True)
+class Scalars:
+    """Kernel inputs of width one, opaque to the compiler."""
+
+    ax: Any  # image-plane coordinate of texel column i: ax i + bx
+    bx: Any
+    ay: Any
+    by: Any
+    fx: Any
+    fy: Any
+    radius: Any
+    falloff_scale: Any
+    falloff_offset: Any
+    max_radius_px: Any
+    frame_rotation: Any
+    frame_offset: Any
+    key: Any
+
+
+def _power(t, exponent):
+    if exponent == 1:
+        return t
+    if exponent == 2:
+        return t * t
+    return t**exponent
+
+
+def _block(n_steps):
+    """Largest divisor of the step count that is worth unrolling."""
+    return max(k for k in range(1, min(n_steps, _UNROLL) + 1) if n_steps % k == 0)
+
+
+def visibility(view_z, field, normal, k: Switches, s: Scalars, types):
+    """Visibility per pixel, 1 on the background.
+
+    Args:
+        view_z: flat depth along the optical axis, inf on the background.
+        field: what :func:`gtao.kernels.fetch.affine_field` made, read only by the "linear" fetch.
+        normal: three flat arrays, unit normals in the view frame.
+        k, s: switches and scalars.
+        types: namespace of :func:`gtao.backend.types_of`.
+
+    Returns:
+        Flat array: the mean over slices of |n_p| â (cosine) or of half the clamped solid angle over π (uniform).
+        With few slices single pixels exceed 1: the slices of an unoccluded tilted surface average to 1, each alone
+        does not.
+    """
+    Float, UInt = types.Float, types.UInt
+    index = dr.arange(UInt, k.width * k.height)
+    yi = index // k.width
+    xi = index - yi * k.width
+    x, y = Float(xi), Float(yi)
+
+    surface = dr.isfinite(view_z)
+    z = dr.select(surface, view_z, 1)
+    X, Y = dr.fma(x, s.ax, s.bx), dr.fma(y, s.ay, s.by)
+    if k.orthographic:
+        P = (X, Y, -z)
+        V = (Float(0), Float(0), Float(1))
+        p = None
+    else:
+        P = (X * z, Y * z, -z)
+        p2 = dr.fma(P[0], P[0], dr.fma(P[1], P[1], z * z))
+        rcp_p = dr.rsqrt(p2)
+        V = (-P[0] * rcp_p, -P[1] * rcp_p, z * rcp_p)
+        p = p2 * rcp_p
+
+    # A shading normal that faces away is bent until it is seen edge-on: the closed forms need n_V >= 0.
+    nV = dr.fma(normal[0], V[0], dr.fma(normal[1], V[1], normal[2] * V[2]))
+    facing = 1e-3
+    bend = dr.select(nV < facing, facing - nV, 0)
+    n = tuple(dr.fma(bend, v, c) for c, v in zip(normal, V, strict=True))
+    scale = dr.rsqrt(dr.fma(n[0], n[0], dr.fma(n[1], n[1], n[2] * n[2])))
+    n = tuple(c * scale for c in n)
+    nV = dr.fma(n[0], V[0], dr.fma(n[1], V[1], n[2] * V[2]))
+
+    slice_frame = slices.frame(k.slice_measure, V, n, nV)
+    rotation, offset = noise.pattern(k.noise, xi, yi, s.frame_rotation, s.frame_offset, s.key, Float)
+    m = None if k.unlimited else _sphere_extent(k, s.radius, z, p)
+
+    def sample(px, py, low, best):
+        if k.fetch == "linear":
+            zs = fetch.linear(field, px, py, k.width, k.height, k.orthographic, types)
+        else:
+            zs, tx, ty = fetch.nearest(view_z, px, py, k.width, UInt)
+            if k.snap_to_texel:
+                px, py = tx, ty
+        X, Y = dr.fma(px, s.ax, s.bx), dr.fma(py, s.ay, s.by)
+        if k.orthographic:
+            D = (X - P[0], Y - P[1], z - zs)
+        else:
+            D = (dr.fma(X, zs, -P[0]), dr.fma(Y, zs, -P[1]), z - zs)
+        c, d2, dV = horizon.cosine(D, V)
+        if k.falloff:
+            c = horizon.attenuate(c, low, d2, s.falloff_scale, s.falloff_offset)
+        elif not k.unlimited:
+            c = horizon.cut_at_sphere(c, d2, dV, p, s.radius, k.orthographic)
+        # Background samples are infinitely far: their cosine is NaN, which compares false.
+        return dr.select(c > best, c, best)
+
+    def block(first, n, off, direction, sides, start, best):
+        """``n`` unrolled steps on both sides."""
+        dx, dy = direction
+        (base0, span0), (base1, span1) = sides
+        c0, c1 = best
+        for j in range(n):
+            t = _power((off + (first + j)) * (1 / k.n_steps), k.step_exponent)
+            d0, d1 = dr.fma(t, span0, base0), dr.fma(t, span1, base1)
+            c0 = sample(dr.fma(-dx, d0, x), dr.fma(-dy, d0, y), start[0], c0)
+            c1 = sample(dr.fma(dx, d1, x), dr.fma(dy, d1, y), start[1], c1)
+        return c0, c1
+
+    def slice_value(c, q, off):
+        """One slice at azimuth (cos, sin) = (c, q)."""
+        nT, ux, uy = slice_frame.normal_and_direction(c, q)
+        ux, uy = ux * s.fx, -uy * s.fy
+        length2 = dr.fma(ux, ux, uy * uy)
+        rcp = dr.rsqrt(length2)
+        dx, dy = ux * rcp, uy * rcp
+        reach = _reaches(k, s, slice_frame, m, c, q, length2 * rcp, dx, dy, x, y)
+        # A side whose next texel is off the frame has no sample: its steps stay on the pixel and are discarded.
+        inside = tuple(r >= 1 for r in reach)
+        sides = tuple(
+            (dr.select(i, Float(1), 0), dr.select(i, r - 1, 0)) for i, r in zip(inside, reach, strict=True)
+        )
+        start = slices.clamped_start(nV, nT)
+        n_block = _block(k.n_steps)
+        if n_block == k.n_steps:
+            c0, c1 = block(0, k.n_steps, off, (dx, dy), sides, start, start)
+        else:
+
+            def body(j, c0, c1):
+                c0, c1 = block(Float(j), n_block, off, (dx, dy), sides, start, (c0, c1))
+                return j + n_block, c0, c1
+
+            _, c0, c1 = dr.while_loop((UInt(0), *start), lambda j, c0, c1: j < k.n_steps, body, label="steps")
+        c0, c1 = dr.select(inside[0], c0, start[0]), dr.select(inside[1], c1, start[1])
+        if k.weighting == "uniform":
+            return 0.5 * arcs.uniform_arc(c0, c1)
+        return arcs.cosine_arc(nV, nT, c0, c1)
+
+    q, c = dr.sincos(rotation * (math.pi / k.n_slices))
+    turn_c, turn_q = math.cos(math.pi / k.n_slices), math.sin(math.pi / k.n_slices)
+    stagger = 0 if k.noise == "none" else noise.GOLDEN
+
+    def body(i, total, c, q, off):
+        total = total + slice_value(c, q, off)
+        off = noise.frac(off + stagger) if stagger else off
+        return i + 1, total, dr.fma(c, turn_c, -q * turn_q), dr.fma(c, turn_q, q * turn_c), off
+
+    _, total, *_ = dr.while_loop(
+        (UInt(0), dr.zeros(Float, k.width * k.height), c, q, offset),
+        lambda i, *_: i < k.n_slices,
+        body,
+        label="slices",
+    )
+    return dr.select(surface, total * (1 / k.n_slices), 1)
+
+
+def _sphere_extent(k: Switches, radius, z, p):
+    """Tangent of the angle under which the sphere of the search radius is seen, or its published stand-in."""
+    if k.orthographic:
+        return radius
+    if k.slice_measure == "screen":
+        return radius / z
+    outside = dr.fma(p, p, -radius * radius)
+    # 1e6 stands for "the eye is inside the sphere"; the frame's border limits the search then.
+    return dr.select(outside > 0, radius * dr.rsqrt(dr.select(outside > 0, outside, 1)), 1e6)
+
+
+def _reaches(k: Switches, s: Scalars, slice_frame, m, c, q, length, dx, dy, x, y):
+    """Length of the search on the sides -T and +T in pixels: the sphere's extent, within the frame."""
+    # Texel centres lie at integers, and a sample is the texel it rounds to: stay a little inside the outermost half.
+    margin = 0.499
+    rcp_x, rcp_y = 1 / dr.select(abs(dx) > 1e-9, abs(dx), 1e-9), 1 / dr.select(abs(dy) > 1e-9, abs(dy), 1e-9)
+    far_x, far_y = (k.width - 1 + margin) - x, (k.height - 1 + margin) - y
+    near_x, near_y = x + margin, y + margin
+    right, down = dx > 0, dy > 0
+    bx, by = dr.select(right, far_x, near_x) * rcp_x, dr.select(down, far_y, near_y) * rcp_y
+    reach1 = dr.select(bx < by, bx, by)
+    bx, by = dr.select(right, near_x, far_x) * rcp_x, dr.select(down, near_y, far_y) * rcp_y
+    reach0 = dr.select(bx < by, bx, by)
+    if not k.unlimited:
+        e0, e1 = slice_frame.extents(m, c, q)
+        e0, e1 = e0 * length, e1 * length
+        # A radius below one pixel still looks at the next texel: the distance cut or the falloff decides.
+        e0, e1 = dr.select(e0 > 1, e0, 1), dr.select(e1 > 1, e1, 1)
+        reach0, reach1 = dr.select(e0 < reach0, e0, reach0), dr.select(e1 < reach1, e1, reach1)
+    if k.clamp_px:
+        limit = s.max_radius_px
+        reach0, reach1 = dr.select(reach0 < limit, reach0, limit), dr.select(reach1 < limit, reach1, limit)
+    return reach0, reach1
