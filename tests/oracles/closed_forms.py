@@ -1,0 +1,63 @@
+"""Visibility of simple scenes in closed form. Angles in radians, visibility 1 = open."""
+
+import numpy as np
+
+
+def profile(theta_left, theta_right, gamma=0.0):
+    """Cosine-weighted visibility of a point of an extruded (two-dimensional) scene.
+
+    The visible arc in the cross-section is [theta_left, theta_right] about the vertical, the normal leans by
+    ``gamma`` (positive to the right): ½ (sin(θr - γ) - sin(θl - γ)) with the arc cut at γ ± π/2 (the string rule).
+    """
+    right = np.minimum(theta_right, gamma + np.pi / 2)
+    left = np.maximum(theta_left, gamma - np.pi / 2)
+    return 0.5 * (np.sin(right - gamma) - np.sin(left - gamma))
+
+
+def walls(d_left, d_right, k_left, k_right):
+    """Floor point between two vertical walls at distances d and heights k (0 = none): ½ (cos e1 + cos e2)."""
+    return 0.5 * (np.cos(np.arctan2(k_left, d_left)) + np.cos(np.arctan2(k_right, d_right)))
+
+
+def walls_uniform(d_left, d_right, k_left, k_right):
+    """The same scene, uniform weighting: 1 - (e1 + e2)/π."""
+    return 1.0 - (np.arctan2(k_left, d_left) + np.arctan2(k_right, d_right)) / np.pi
+
+
+def pit(radius, depth):
+    """Centre of a circular pit, cosine-weighted: R²/(R² + k²)."""
+    return radius**2 / (radius**2 + depth**2)
+
+
+def pit_uniform(radius, depth):
+    """Centre of a circular pit, uniform weighting: 1 - k/sqrt(R² + k²)."""
+    return 1.0 - depth / np.hypot(radius, depth)
+
+
+def bowl(sphere_radius, depth):
+    """Any point of a spherical bowl: the open part of the sphere's area, 1 - depth/(2R)."""
+    return 1.0 - depth / (2.0 * sphere_radius)
+
+
+def groove(x, half_width, depth):
+    """Point of a V-groove at horizontal distance ``x`` from its edge line, on either side, cosine-weighted.
+
+    The wall of the point leans by atan(depth/half_width); across, the visible arc ends at the far rim, on its own
+    side at the wall itself. At the bottom line of a deep groove of opening angle α it becomes (1 - cos α)/2... of an
+    infinite groove: the far rim is then seen along the far wall.
+    """
+    x = np.abs(x)
+    slope = np.arctan2(depth, half_width)
+    rim = np.arctan2(half_width + x, depth * (1.0 - x / half_width))
+    return profile(-rim, np.pi, gamma=-slope)
+
+
+def corner(d1, k1, d2, k2, n=200_001):
+    """Floor point before two perpendicular walls; cosine and uniform visibility by the trapezium rule in azimuth.
+
+    With N = V the horizon elevation e(φ) gives cos² e (cosine) and 1 - sin e (uniform) per azimuth.
+    """
+    phi = np.linspace(0.0, 2 * np.pi, n)[:-1]
+    tangent = np.maximum(0.0, np.maximum(k1 / d1 * np.cos(phi), k2 / d2 * np.sin(phi)))
+    e = np.arctan(tangent)
+    return float(np.mean(np.cos(e) ** 2)), float(np.mean(1 - np.sin(e)))

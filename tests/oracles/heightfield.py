@@ -1,0 +1,221 @@
+"""Brute force: rays marched through the solid behind a single-layer depth buffer, float64 NumPy.
+
+No slices, no horizons, no closed form: every pixel sends stratified directions from its surface point, and each ray
+is followed exactly, cell by cell, across the image. A ray is blocked as soon as it is behind the surface as the eye
+sees it (the solid is infinitely thick), no farther from its origin than ``radius``. Outside the frame, and over
+background (``view_z`` = inf), nothing blocks.
+
+Along a ray P + t d the parameter u = t (orthographic) or u = t / view_z(t) (perspective) makes image position *and*
+w = -view_z (orthographic) or w = 1/view_z (perspective) linear in u. "Behind the surface" is w_surface > w_ray.
+
+Surface models:
+    "linear": w bilinear between texel centres (exact on planes in both cameras). Within a cell the difference
+        w_surface - w_ray is quadratic in u and its maximum is taken exactly. Cells with a background corner are open;
+        the surface ends at the outermost texel centres.
+    "nearest": w constant over a texel (blocks). The ray's own texel does not block.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .fields import Field
+
+_CHUNK = 1 << 15
+_REPLICATES = 4
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Visibility and its standard error, from the spread of independent replicates of the whole direction set."""
+
+    visibility: np.ndarray
+    standard_error: np.ndarray
+
+
+def visibility(
+    field: Field,
+    pixels=None,
+    *,
+    n_rays: int = 1024,
+    radius: float = np.inf,
+    surface: str = "linear",
+    weighting: str = "cosine",
+    seed: int = 0,
+) -> Estimate:
+    """Fraction of unblocked rays per pixel.
+
+    Args:
+        field: depth layer, normals and camera.
+        pixels: (N, 2) rows and columns of surface pixels, or None for the whole image (background: visibility 1).
+        n_rays: directions per pixel, ``4 m²``: four replicates of m x m jittered strata.
+        radius: distance beyond which nothing blocks, scene units; may be inf.
+        surface: "linear" or "nearest".
+        weighting: "cosine" or "uniform": the distribution of the directions over the normal's hemisphere.
+
+    Returns:
+        Arrays of shape (N,), or (H, W) if ``pixels`` is None.
+    """
+    m = round(np.sqrt(n_rays / _REPLICATES))
+    if _REPLICATES * m * m != n_rays:
+        raise ValueError(f"n_rays must be 4 m², got {n_rays}")
+    whole = pixels is None
+    where = np.argwhere(np.isfinite(field.view_z)) if whole else np.asarray(pixels)
+    scene = _Surface.of(field, surface)
+    rng = np.random.default_rng(seed)
+    mean, error = np.empty(len(where)), np.empty(len(where))
+    per_chunk = max(1, _CHUNK // n_rays)
+    for start in range(0, len(where), per_chunk):
+        part = where[start : start + per_chunk]
+        normals = field.normal_v[part[:, 0], part[:, 1]]
+        directions = _directions(normals, m, weighting, rng)
+        blocked = scene.blocked(field, np.repeat(part, n_rays, axis=0), directions.reshape(-1, 3), radius)
+        replicate = 1.0 - blocked.reshape(len(part), _REPLICATES, m * m).mean(axis=2)
+        mean[start : start + per_chunk] = replicate.mean(axis=1)
+        error[start : start + per_chunk] = replicate.std(axis=1, ddof=1) / np.sqrt(_REPLICATES)
+    if not whole:
+        return Estimate(mean, error)
+    full = Estimate(np.ones(field.view_z.shape), np.zeros(field.view_z.shape))
+    full.visibility[where[:, 0], where[:, 1]] = mean
+    full.standard_error[where[:, 0], where[:, 1]] = error
+    return full
+
+
+def _directions(normals, m, weighting, rng) -> np.ndarray:
+    """Jittered directions about each normal: (n, replicates * m * m, 3)."""
+    shape = (len(normals), _REPLICATES, m, m)
+    u = (np.arange(m)[:, None] + rng.random(shape)) / m
+    v = (np.arange(m)[None, :] + rng.random(shape)) / m
+    u, phi = u.reshape(len(normals), -1), 2 * np.pi * v.reshape(len(normals), -1)
+    if weighting == "cosine":
+        cosine = np.sqrt(1.0 - u)
+    elif weighting == "uniform":
+        cosine = 1.0 - u
+    else:
+        raise ValueError(f"weighting must be 'cosine' or 'uniform', got {weighting!r}")
+    sine = np.sqrt(1.0 - cosine**2)
+    helper = np.where(np.abs(normals[:, :1]) < 0.7, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
+    b1 = np.cross(normals, helper)
+    b1 /= np.linalg.norm(b1, axis=1, keepdims=True)
+    b2 = np.cross(normals, b1)
+    return (
+        (sine * np.cos(phi))[..., None] * b1[:, None]
+        + (sine * np.sin(phi))[..., None] * b2[:, None]
+        + cosine[..., None] * normals[:, None]
+    )
+
+
+@dataclass(frozen=True)
+class _Surface:
+    """w as a + b ξ + c η + d ξη per cell, (ξ, η) the position in the cell; open cells have a = -inf."""
+
+    coefficients: tuple[np.ndarray, ...]
+    n_columns: int
+    n_rows: int
+    origin: float
+    """Image coordinate of the first grid line."""
+    own_cell_blocks: bool
+    highest: float
+    tolerance: float
+
+    @staticmethod
+    def of(field: Field, surface: str) -> "_Surface":
+        with np.errstate(divide="ignore"):
+            w = -field.view_z if field.orthographic else 1.0 / field.view_z
+        w = np.where(np.isfinite(field.view_z), w, -np.inf)
+        if surface == "nearest":
+            zero = np.zeros_like(w)
+            parts, origin = (w, zero, zero, zero), 0.0
+        elif surface == "linear":
+            c00, c10, c01, c11 = w[:-1, :-1], w[:-1, 1:], w[1:, :-1], w[1:, 1:]
+            with np.errstate(invalid="ignore"):
+                parts = (c00, c10 - c00, c01 - c00, c11 - c10 - c01 + c00)
+            is_open = np.isinf(c00) | np.isinf(c10) | np.isinf(c01) | np.isinf(c11)
+            parts = (np.where(is_open, -np.inf, parts[0]), *(np.where(is_open, 0.0, p) for p in parts[1:]))
+            origin = 0.5
+        else:
+            raise ValueError(f"surface must be 'linear' or 'nearest', got {surface!r}")
+        finite = w[np.isfinite(w)]
+        return _Surface(
+            coefficients=tuple(p.ravel() for p in parts),
+            n_columns=parts[0].shape[1],
+            n_rows=parts[0].shape[0],
+            origin=origin,
+            own_cell_blocks=surface == "linear",
+            highest=float(finite.max()),
+            # Rounding of w along a ray; a ray that grazes a plane must not be blocked by it.
+            tolerance=1e-12 * float(np.abs(finite).max()),
+        )
+
+    def blocked(self, field: Field, pixels, directions, radius) -> np.ndarray:
+        """Whether each ray (origin pixel, unit direction) is blocked."""
+        fx, fy = field.scale
+        rows, columns = pixels[:, 0], pixels[:, 1]
+        z0 = field.view_z[rows, columns]
+        dx, dy, dz = directions[:, 0], directions[:, 1], -directions[:, 2]
+        if field.orthographic:
+            w0, slope = -z0, -dz
+            sx, sy = fx * dx, -fy * dy
+            end = np.full_like(z0, radius)
+        else:
+            px, py = columns + 0.5 - field.camera["cx"], rows + 0.5 - field.camera["cy"]
+            w0, slope = 1.0 / z0, -dz / z0
+            sx, sy = fx * dx - px * dz, -fy * dy - py * dz
+            with np.errstate(divide="ignore", invalid="ignore"):
+                depth = z0 + radius * dz if np.isfinite(radius) else np.where(dz > 0, np.inf, -np.inf)
+                at_radius = 1.0 / dz if np.isinf(radius) else radius / depth
+            # Rays toward the eye reach the eye plane (depth 0) at u = inf.
+            end = np.where(depth > 0, at_radius, np.inf)
+        rays = np.stack([columns + 0.5 - self.origin, rows + 0.5 - self.origin, sx, sy, w0, slope, end])
+        return self._march(rays)
+
+    def _march(self, rays) -> np.ndarray:
+        blocked = np.zeros(rays.shape[1], dtype=bool)
+        index = np.arange(rays.shape[1])
+        x0, y0, sx, sy = rays[:4]
+        step_x, step_y = np.where(sx > 0, 1, -1), np.where(sy > 0, 1, -1)
+        # On a grid line the first cell is the one the ray enters.
+        cx = np.where(sx > 0, np.floor(x0), np.ceil(x0) - 1).astype(np.int64)
+        cy = np.where(sy > 0, np.floor(y0), np.ceil(y0) - 1).astype(np.int64)
+        u = np.zeros_like(x0)
+        own = np.full(len(index), not self.own_cell_blocks)
+        while len(index):
+            x0, y0, sx, sy, w0, slope, end = rays
+            inside = (cx >= 0) & (cx < self.n_columns) & (cy >= 0) & (cy < self.n_rows)
+            alive = inside & (u < end) & ((slope <= 0) | (w0 + slope * u <= self.highest))
+            if not alive.all():
+                keep = np.flatnonzero(alive)
+                index, rays, u, own = index[keep], rays[:, keep], u[keep], own[keep]
+                cx, cy, step_x, step_y = cx[keep], cy[keep], step_x[keep], step_y[keep]
+                continue
+            with np.errstate(divide="ignore", invalid="ignore"):
+                ux = np.where(sx != 0, (cx + (step_x > 0) - x0) / sx, np.inf)
+                uy = np.where(sy != 0, (cy + (step_y > 0) - y0) / sy, np.inf)
+            crossing = np.minimum(ux, uy)
+            u1 = np.maximum(np.minimum(crossing, end), u)
+            hit = self._highest_excess(rays, cx, cy, u, u1) > self.tolerance
+            hit &= ~own
+            blocked[index[hit]] = True
+            cx, cy = cx + np.where(ux <= crossing, step_x, 0), cy + np.where(uy <= crossing, step_y, 0)
+            own[:] = False
+            # A blocked or finished ray is retired by an interval that has no length left.
+            u = np.where(hit, np.inf, u1)
+        return blocked
+
+    def _highest_excess(self, rays, cx, cy, u0, u1) -> np.ndarray:
+        """Largest w_surface - w_ray over [u0, u1] within one cell (a quadratic of u)."""
+        x0, y0, sx, sy, w0, slope, _ = rays
+        cell = cy * self.n_columns + cx
+        a, b, c, d = (p[cell] for p in self.coefficients)
+        # A vertical ray has no end in the image: nothing but its own column can block it.
+        last = np.where(np.isfinite(u1), u1, u0)
+        xi0, eta0 = x0 + sx * u0 - cx, y0 + sy * u0 - cy
+        xi1, eta1 = x0 + sx * last - cx, y0 + sy * last - cy
+        f0 = a + b * xi0 + c * eta0 + d * xi0 * eta0 - w0 - slope * u0
+        f1 = a + b * xi1 + c * eta1 + d * xi1 * eta1 - w0 - slope * last
+        curvature = d * (xi1 - xi0) * (eta1 - eta0)
+        best = np.maximum(f0, f1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            vertex = f0 - (f1 - f0 - curvature) ** 2 / (4 * curvature)
+        interior = (curvature < 0) & (np.abs(f1 - f0) < -curvature)
+        return np.where(interior, vertex, best)
