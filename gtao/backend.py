@@ -58,7 +58,12 @@ def _import_drjit():
     return drjit
 
 
-dr = _import_drjit()
+try:
+    dr = _import_drjit()
+except ImportError as error:
+    if "libatomic" not in str(error):
+        raise
+    raise BackendError("Dr.Jit needs libatomic.so.1, which is missing; run: apt-get install libatomic1") from None
 
 ADVICE = "pip install 'gtao[llvm]'"
 

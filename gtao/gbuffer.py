@@ -73,6 +73,7 @@ class GBuffer:
         self.camera = camera
         self.shape: tuple[int, int] = camera.shape
         self.view_z = to_tensor(view_z, "view_z", self.shape)
+        self._affine_field: Any = None
         self.mask = self._check_depth()
         self.normals_derived = normal_v is None
         if normal_v is None:
@@ -105,17 +106,26 @@ class GBuffer:
         P = dr.select(self.mask.array, self._unproject_flat(self.view_z.array), 0)
         return self.types.Tensor(dr.ravel(P), (*self.shape, 3))
 
-    @cached_property
     def affine_field(self):
         """What the linear fetch reads; see :func:`gtao.kernels.fetch.affine_field`."""
-        height, width = self.shape
-        camera = self.camera
-        footprint = 1 / min(camera.fx, camera.fy)
-        field = fetch.affine_field(
-            dr.detach(self.view_z.array), width, height, footprint, camera.is_orthographic, self.types
-        )
-        dr.eval(field)
-        return field
+        # Kept between estimates, but not while gradients flow: a backward pass consumes the graph behind it.
+        attached = dr.grad_enabled(self.view_z)
+        if attached or self._affine_field is None:
+            height, width = self.shape
+            camera = self.camera
+            field = fetch.affine_field(
+                self.view_z.array,
+                width,
+                height,
+                1 / min(camera.fx, camera.fy),
+                camera.is_orthographic,
+                self.types,
+            )
+            dr.eval(field)
+            if attached:
+                return field
+            self._affine_field = field
+        return self._affine_field
 
     def normal_arrays(self):
         """The normals as an Array3."""

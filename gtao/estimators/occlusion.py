@@ -1,7 +1,6 @@
 """Image-level driver of the occlusion kernels."""
 
 import math
-from typing import Any
 
 import drjit as dr
 
@@ -9,7 +8,7 @@ from ..config import GTAO
 from ..errors import ConfigError
 from ..gbuffer import GBuffer
 from ..kernels import noise
-from ..kernels.visibility import Scalars, Switches, visibility
+from ..kernels.visibility import MAX_UNROLLED_STEPS, Scalars, Switches, visibility
 from ..results import AmbientOcclusion
 
 __all__ = ["ambient_occlusion"]
@@ -75,7 +74,8 @@ def ambient_occlusion(g: GBuffer, method: GTAO | None = None, *, frame_index: in
         The visibility as an (H, W) tensor in the precision of ``g``; lazily evaluated, in one kernel.
 
     Raises:
-        ConfigError: ``method`` is no strategy object or ``frame_index`` is negative.
+        ConfigError: ``method`` is no strategy object, ``frame_index`` is negative, or gradients are asked through
+            more steps per side than can be unrolled.
     """
     method = GTAO() if method is None else method
     if not isinstance(method, GTAO):
@@ -85,7 +85,11 @@ def ambient_occlusion(g: GBuffer, method: GTAO | None = None, *, frame_index: in
     if isinstance(frame_index, bool) or not isinstance(frame_index, int) or frame_index < 0:
         raise ConfigError(f"frame_index must be a non-negative integer, got {frame_index!r}")
     switches = _switches(g, method)
-    field = g.affine_field if switches.fetch == "linear" else None
+    if not switches.differentiable and (dr.grad_enabled(g.view_z) or dr.grad_enabled(g.normal_v)):
+        raise ConfigError(
+            f"gradients need all steps in one block: choose n_steps <= {MAX_UNROLLED_STEPS}, got {method.n_steps}"
+        )
+    field = g.affine_field() if switches.fetch == "linear" else None
     n = g.normal_arrays()
     flat = visibility(
         g.view_z.array, field, (n.x, n.y, n.z), switches, _scalars(g, method, frame_index), g.types

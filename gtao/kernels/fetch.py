@@ -65,10 +65,8 @@ def affine_field(view_z, width, height, footprint, orthographic, types):
         smooth &= continuous(*(rows[d, k] for d in (-1, 0, 1, 2)))
         smooth &= continuous(*(columns[k, d] for d in (-1, 0, 1, 2)))
     centre = rows[0, 0][0]
-    sign = dr.select(smooth, UInt(0), UInt(0x80000000))
-    if dr.type_v(Float) is dr.VarType.Float64:
-        return dr.select(smooth, centre, -centre)
-    return dr.reinterpret_array(Float, dr.reinterpret_array(UInt, centre) | sign)
+    # On the background centre is 0 (or inf), which keeps its sign too.
+    return dr.select(smooth, centre, -centre)
 
 
 def linear(field, x, y, width, height, orthographic, types):
@@ -83,10 +81,7 @@ def linear(field, x, y, width, height, orthographic, types):
     f10 = dr.gather(Float, field, index + 1)
     f01 = dr.gather(Float, field, index + width)
     f11 = dr.gather(Float, field, index + (width + 1))
-    if dr.type_v(Float) is dr.VarType.Float64:
-        edge = f00 < 0
-    else:
-        edge = dr.reinterpret_array(UInt, f00) >= 0x80000000
+    edge = dr.copysign(Float(1), dr.detach(f00)) < 0
     f00, f10, f01, f11 = abs(f00), abs(f10), abs(f01), abs(f11)
     top, bottom = dr.fma(u, f10 - f00, f00), dr.fma(u, f11 - f01, f01)
     right, low = u > 0.5, v > 0.5

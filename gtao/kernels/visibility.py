@@ -12,10 +12,10 @@ import drjit as dr
 
 from . import arcs, fetch, horizon, noise, slices
 
-__all__ = ["Switches", "visibility"]
+__all__ = ["MAX_UNROLLED_STEPS", "Scalars", "Switches", "visibility"]
 
 # Beyond this many steps per side the step loop becomes symbolic too, in blocks of at most this many.
-_UNROLL = 32
+MAX_UNROLLED_STEPS = 32
 
 
 @dataclass(frozen=True)
@@ -36,6 +36,11 @@ class Switches:
     unlimited: bool  # the radius is infinite
     falloff: bool
     clamp_px: bool
+
+    @property
+    def differentiable(self) -> bool:
+        """Whether reverse mode is exact: a symbolic loop over a running maximum has no adjoint."""
+        return _block(self.n_steps) == self.n_steps
 
 
 @dataclass(frozen=True)
@@ -67,7 +72,7 @@ def _power(t, exponent):
 
 def _block(n_steps):
     """Largest divisor of the step count that is worth unrolling."""
-    return max(k for k in range(1, min(n_steps, _UNROLL) + 1) if n_steps % k == 0)
+    return max(k for k in range(1, min(n_steps, MAX_UNROLLED_STEPS) + 1) if n_steps % k == 0)
 
 
 def visibility(view_z, field, normal, k: Switches, s: Scalars, types):
@@ -193,6 +198,8 @@ def visibility(view_z, field, normal, k: Switches, s: Scalars, types):
         lambda i, *_: i < k.n_slices,
         body,
         label="slices",
+        # A sum over slices: reverse mode may replay each on its own.
+        max_iterations=-1,
     )
     return dr.select(surface, total * (1 / k.n_slices), 1)
 
