@@ -1,0 +1,25 @@
+"""Ground truth with Mitsuba: G-buffers, ray-traced visibility and transport images of any scene.
+
+The first call sets a Mitsuba variant unless one is set already: ``cuda_ad_rgb`` where CUDA and OptiX work,
+``llvm_ad_rgb`` elsewhere.
+"""
+
+from . import scenes
+from .aov import gbuffer_from_aov
+from .gbuffer import gbuffer
+from .loading import load_scene
+from .sensor import camera_from_sensor
+from .transport import Transport, transport
+from .truth import Visibility, visibility
+
+__all__ = [
+    "Transport",
+    "Visibility",
+    "camera_from_sensor",
+    "gbuffer",
+    "gbuffer_from_aov",
+    "load_scene",
+    "scenes",
+    "transport",
+    "visibility",
+]

@@ -1,0 +1,57 @@
+"""G-buffers straight from the scene: no reconstruction filter, no jitter."""
+
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+
+from ..errors import SceneError
+from ..gbuffer import GBuffer
+from .loading import select_sensor
+from .primary import PrimaryHits, shoot
+from .variant import ensure_variant
+
+__all__ = ["gbuffer"]
+
+
+def gbuffer(scene: Any, sensor: Any = 0, *, normals: str = "shading", albedo: bool = True) -> GBuffer:
+    """Depth, normals and albedo at the pixel centres of one sensor.
+
+    Args:
+        scene: ``mitsuba.Scene``; see :func:`gtao.render.load_scene`.
+        sensor: index of the sensor, or a ``mitsuba.Sensor``.
+        normals: "shading" (interpolated vertex normals, bump and normal maps excepted) or "geometric". Either
+            is flipped towards the camera.
+        albedo: also evaluate the diffuse reflectance.
+
+    Returns:
+        ``gtao.GBuffer``: ``view_z`` (H, W) in scene units, inf on the background; ``normal_v`` (H, W, 3)
+        unit, view frame; ``albedo`` (H, W, 3) in [0, 1], linear sRGB, 0 on the background and where the BSDF
+        has no diffuse part.
+
+    Raises:
+        SceneError: no such sensor, a sensor that is neither perspective nor orthographic, or albedo asked of
+            a spectral or polarised variant.
+        ConfigError: ``normals`` is neither of the two.
+        BackendError: there is no usable backend.
+    """
+    ensure_variant()
+    hits = shoot(scene, select_sensor(scene, sensor), normals)
+    height, width = hits.camera.shape
+    colour = mi.TensorXf(dr.ravel(_albedo(hits)), (height, width, 3)) if albedo else None
+    return GBuffer(
+        mi.TensorXf(hits.view_z, (height, width)),
+        mi.TensorXf(dr.ravel(dr.select(hits.valid, hits.normal_v, mi.Vector3f(0, 0, 1))), (height, width, 3)),
+        hits.camera,
+        albedo=colour,
+    )
+
+
+def _albedo(hits: PrimaryHits) -> Any:
+    if mi.is_spectral or mi.is_polarized:
+        raise SceneError(f"albedo needs an rgb or mono variant, not {mi.variant()}; pass albedo=False")
+    bsdf = hits.si.bsdf()
+    # Without a diffuse lobe Mitsuba answers with the specular peak, which is no albedo.
+    diffuse = hits.valid & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Diffuse)
+    value = mi.Color3f(bsdf.eval_diffuse_reflectance(hits.si, diffuse))
+    return dr.select(diffuse, dr.clip(value, 0, 1), 0)
