@@ -40,16 +40,48 @@ def bowl(sphere_radius, depth):
 
 
 def groove(x, half_width, depth):
-    """Point of a V-groove at horizontal distance ``x`` from its edge line, on either side, cosine-weighted.
+    """Point of a V-groove at horizontal distance ``x`` from its bottom line, on either wall, cosine-weighted.
 
-    The wall of the point leans by atan(depth/half_width); across, the visible arc ends at the far rim, on its own
-    side at the wall itself. At the bottom line of a deep groove of opening angle α it becomes (1 - cos α)/2... of an
-    infinite groove: the far rim is then seen along the far wall.
+    The point's wall leans by atan(depth/half_width). Across, the visible arc ends at the far rim; on its own side at
+    the wall itself. At the bottom (x = 0) of a groove of opening angle α this is (1 - cos α)/2.
     """
     x = np.abs(x)
     slope = np.arctan2(depth, half_width)
     rim = np.arctan2(half_width + x, depth * (1.0 - x / half_width))
     return profile(-rim, np.pi, gamma=-slope)
+
+
+def wedge(opening):
+    """Any point of two infinite half-planes that enclose the angle ``opening``: (1 - cos α)/2."""
+    return (1.0 - np.cos(opening)) / 2.0
+
+
+def inside_sphere(radius, centre, tan_half, n=64):
+    """Any point of the inner wall of a sphere of which the square image (half-width ``tan_half``) sees a part.
+
+    Seen from a point of the sphere, equal areas of the sphere have equal cosine-weighted form factors. What the image
+    does not show is open: 1 - (area seen)/(4 π R²). Gauss-Legendre over the image plane.
+    """
+    from .fields import sphere_distance
+
+    node, weight = np.polynomial.legendre.leggauss(n)
+    x, y = np.meshgrid(tan_half * node, tan_half * node)
+    w = tan_half**2 * weight[:, None] * weight
+    ray = np.stack([x, y, -np.ones_like(x)], axis=-1)
+    t = sphere_distance(ray, radius, centre)
+    outward = (ray * t[..., None] - np.asarray(centre)) / radius
+    # dA = t² dx dy / ⟨ray, outward⟩ for rays normalised to unit depth.
+    area = np.sum(w * t**2 / np.sum(ray * outward, axis=-1))
+    return 1.0 - area / (4 * np.pi * radius**2)
+
+
+def inside_sphere_within(radius, reach):
+    """The same point when only matter within ``reach`` <= 2 R blocks, all of it in view: 1 - (reach / 2R)².
+
+    The chord in a direction at angle θ from the normal has length 2R cos θ, and the cosine-weighted share of
+    directions with cos θ <= c is c².
+    """
+    return 1.0 - (reach / (2.0 * radius)) ** 2
 
 
 def corner(d1, k1, d2, k2, n=200_001):

@@ -60,8 +60,8 @@ def _coordinates(width, height, fx, fy, cx, cy):
     return tuple(np.meshgrid(x, y))
 
 
-def _perspective(width, height, f, cx, cy) -> dict:
-    return {"width": width, "height": height, "fx": f, "fy": f, "cx": cx, "cy": cy}
+def _perspective(width, height, fx, fy, cx, cy) -> dict:
+    return {"width": width, "height": height, "fx": fx, "fy": fy, "cx": cx, "cy": cy}
 
 
 def _orthographic(width, height, pixel) -> dict:
@@ -94,7 +94,7 @@ def tilted_plane(tilt, azimuth, off_axis=(0.0, 0.0), *, size=16, f=400.0, distan
     if not (view_z > 0).all():
         raise ValueError("the plane leaves the window: reduce the tilt or the window's angular size")
     normal = np.broadcast_to(n, (size, size, 3)).copy()
-    return Field(view_z, normal, _perspective(size, size, f, cx, cy), orthographic=False)
+    return Field(view_z, normal, _perspective(size, size, f, f, cx, cy), orthographic=False)
 
 
 def gaussians(amplitude, width, *, count=6, seed=0):
@@ -137,13 +137,20 @@ def from_above(height, *, size=40, extent=1.0, distance=5.0) -> Field:
     return Field(distance - h, n / np.linalg.norm(n, axis=-1, keepdims=True), camera, orthographic=True)
 
 
-def in_perspective(height, *, size=40, tan_half=1.0, distance=3.0, slope=(0.0, 0.0)) -> Field:
+def in_perspective(
+    height, *, size=40, tan_half=1.0, distance=3.0, slope=(0.0, 0.0), stretch=1.0, shift_px=(0.0, 0.0)
+) -> Field:
     """Perspective view of view_z = distance (1 - h) / (1 + slope·(x', y')), h a height function of (x', y')/tan_half.
 
-    With h = 0 this is a plane: ``slope`` tilts it. The image spans ±tan_half in x' and y'.
+    With h = 0 this is a plane: ``slope`` tilts it. The image spans about ±tan_half in x' and y'.
+
+    Args:
+        stretch: fx/fy, pixels need not be square.
+        shift_px: principal point relative to the image centre.
     """
-    f = size / (2 * tan_half)
-    x, y = _coordinates(size, size, f, f, size / 2, size / 2)
+    fx, fy = stretch * size / (2 * tan_half), size / (2 * tan_half)
+    cx, cy = size / 2 + shift_px[0], size / 2 + shift_px[1]
+    x, y = _coordinates(size, size, fx, fy, cx, cy)
     h, hx, hy = height(x / tan_half, y / tan_half)
     d = 1 + slope[0] * x + slope[1] * y
     z = distance * (1 - h) / d
@@ -154,7 +161,23 @@ def in_perspective(height, *, size=40, tan_half=1.0, distance=3.0, slope=(0.0, 0
     py = zy[..., None] * ray + z[..., None] * np.array([0.0, 1.0, 0.0])
     n = np.cross(px, py)
     n /= np.linalg.norm(n, axis=-1, keepdims=True)
-    return Field(z, n, _perspective(size, size, f, size / 2, size / 2), orthographic=False)
+    return Field(z, n, _perspective(size, size, fx, fy, cx, cy), orthographic=False)
+
+
+def inside_sphere(radius, centre, *, size=40, tan_half=1.0) -> Field:
+    """Perspective view from the origin of the inner wall of a sphere that encloses it."""
+    f = size / (2 * tan_half)
+    x, y = _coordinates(size, size, f, f, size / 2, size / 2)
+    ray = np.stack([x, y, -np.ones_like(x)], axis=-1)
+    view_z = sphere_distance(ray, radius, centre)
+    normal = (np.asarray(centre) - ray * view_z[..., None]) / radius
+    return Field(view_z, normal, _perspective(size, size, f, f, size / 2, size / 2), orthographic=False)
+
+
+def sphere_distance(ray, radius, centre) -> np.ndarray:
+    """Multiple of ``ray`` at which it leaves the sphere that encloses its origin."""
+    a, b, c = np.sum(ray**2, axis=-1), ray @ np.asarray(centre, dtype=float), np.dot(centre, centre) - radius**2
+    return (b + np.sqrt(b * b - a * c)) / a
 
 
 def extruded(profile, *, n_px, pixel, length_px, distance=5.0) -> Field:

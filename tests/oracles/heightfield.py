@@ -2,8 +2,8 @@
 
 No slices, no horizons, no closed form: every pixel sends stratified directions from its surface point, and each ray
 is followed exactly, cell by cell, across the image. A ray is blocked as soon as it is behind the surface as the eye
-sees it (the solid is infinitely thick), no farther from its origin than ``radius``. Outside the frame, and over
-background (``view_z`` = inf), nothing blocks.
+sees it (the solid is infinitely thick), no farther from its origin than ``radius``. Outside the frame (the rectangle
+that the pixels cover) and over background (``view_z`` = inf) nothing blocks.
 
 Along a ray P + t d the parameter u = t (orthographic) or u = t / view_z(t) (perspective) makes image position *and*
 w = -view_z (orthographic) or w = 1/view_z (perspective) linear in u. "Behind the surface" is w_surface > w_ray.
@@ -11,7 +11,7 @@ w = -view_z (orthographic) or w = 1/view_z (perspective) linear in u. "Behind th
 Surface models:
     "linear": w bilinear between texel centres (exact on planes in both cameras). Within a cell the difference
         w_surface - w_ray is quadratic in u and its maximum is taken exactly. Cells with a background corner are open;
-        the surface ends at the outermost texel centres.
+        the half pixel outside of the outermost texel centres continues their cells.
     "nearest": w constant over a texel (blocks). The ray's own texel does not block.
 """
 
@@ -120,31 +120,29 @@ class _Surface:
 
     @staticmethod
     def of(field: Field, surface: str) -> "_Surface":
-        with np.errstate(divide="ignore"):
-            w = -field.view_z if field.orthographic else 1.0 / field.view_z
-        w = np.where(np.isfinite(field.view_z), w, -np.inf)
+        w = np.where(np.isfinite(field.view_z), -field.view_z if field.orthographic else 1.0 / field.view_z, np.nan)
         if surface == "nearest":
-            zero = np.zeros_like(w)
-            parts, origin = (w, zero, zero, zero), 0.0
+            corners, origin = (w, w, w, w), 0.0
         elif surface == "linear":
-            c00, c10, c01, c11 = w[:-1, :-1], w[:-1, 1:], w[1:, :-1], w[1:, 1:]
-            with np.errstate(invalid="ignore"):
-                parts = (c00, c10 - c00, c01 - c00, c11 - c10 - c01 + c00)
-            is_open = np.isinf(c00) | np.isinf(c10) | np.isinf(c01) | np.isinf(c11)
-            parts = (np.where(is_open, -np.inf, parts[0]), *(np.where(is_open, 0.0, p) for p in parts[1:]))
-            origin = 0.5
+            wide = np.column_stack([2 * w[:, 0] - w[:, 1], w, 2 * w[:, -1] - w[:, -2]])
+            wide = np.vstack([2 * wide[0] - wide[1], wide, 2 * wide[-1] - wide[-2]])
+            corners, origin = (wide[:-1, :-1], wide[:-1, 1:], wide[1:, :-1], wide[1:, 1:]), -0.5
         else:
             raise ValueError(f"surface must be 'linear' or 'nearest', got {surface!r}")
-        finite = w[np.isfinite(w)]
+        c00, c10, c01, c11 = corners
+        parts = (c00, c10 - c00, c01 - c00, c11 - c10 - c01 + c00)
+        is_open = np.isnan(parts[3])
         return _Surface(
-            coefficients=tuple(p.ravel() for p in parts),
-            n_columns=parts[0].shape[1],
-            n_rows=parts[0].shape[0],
+            coefficients=tuple(
+                np.where(is_open, fill, part).ravel() for part, fill in zip(parts, (-np.inf, 0, 0, 0), strict=True)
+            ),
+            n_columns=c00.shape[1],
+            n_rows=c00.shape[0],
             origin=origin,
             own_cell_blocks=surface == "linear",
-            highest=float(finite.max()),
+            highest=float(np.nanmax(corners)),
             # Rounding of w along a ray; a ray that grazes a plane must not be blocked by it.
-            tolerance=1e-12 * float(np.abs(finite).max()),
+            tolerance=1e-12 * float(np.nanmax(np.abs(w))),
         )
 
     def blocked(self, field: Field, pixels, directions, radius) -> np.ndarray:
@@ -166,8 +164,16 @@ class _Surface:
                 at_radius = 1.0 / dz if np.isinf(radius) else radius / depth
             # Rays toward the eye reach the eye plane (depth 0) at u = inf.
             end = np.where(depth > 0, at_radius, np.inf)
+        end = np.minimum(end, self._exit(columns + 0.5, sx, field.view_z.shape[1]))
+        end = np.minimum(end, self._exit(rows + 0.5, sy, field.view_z.shape[0]))
         rays = np.stack([columns + 0.5 - self.origin, rows + 0.5 - self.origin, sx, sy, w0, slope, end])
         return self._march(rays)
+
+    @staticmethod
+    def _exit(x, s, size) -> np.ndarray:
+        """u at which x + s u leaves [0, size]."""
+        with np.errstate(divide="ignore"):
+            return np.where(s > 0, (size - x) / s, np.where(s < 0, -x / s, np.inf))
 
     def _march(self, rays) -> np.ndarray:
         blocked = np.zeros(rays.shape[1], dtype=bool)

@@ -1,0 +1,142 @@
+"""Slice integrals against golden values and quadrature."""
+
+import numpy as np
+import pytest
+from oracles import golden, slice_oracle
+
+from gtao.kernels import arcs, slices
+
+HALF_PI = np.pi / 2
+
+
+def random_slices(n=64, seed=1):
+    """(nV, nT, h0, h1) with h0 <= 0 <= h1 inside the normal's hemisphere, |np| <= 1."""
+    rng = np.random.default_rng(seed)
+    length, gamma = rng.uniform(0.05, 1.0, n), rng.uniform(-HALF_PI, HALF_PI, n)
+    h0 = np.maximum(-rng.uniform(0.0, np.pi, n), gamma - HALF_PI)
+    h1 = np.minimum(rng.uniform(0.0, np.pi, n), gamma + HALF_PI)
+    return length * np.cos(gamma), length * np.sin(gamma), h0, h1
+
+
+def test_acos_over_its_whole_domain(precision):
+    x = np.concatenate([np.linspace(-1, 1, 4001), 1 - np.logspace(-7, -1, 50), np.logspace(-7, -1, 50) - 1])
+    lanes = precision.lanes(x)
+    x = np.array(lanes, dtype=np.float64)
+    # Two units in the last place of pi.
+    limit = 2 * np.spacing(np.array(np.pi, dtype=precision.name))
+    assert np.abs(np.array(arcs.acos(lanes)) - np.arccos(x)).max() <= limit
+
+
+def test_cosine_arc_golden(precision):
+    cases = [(i, o) for i, o in golden.cases("A.slice") if o["h0"] <= 0 <= o["h1"]]
+    assert len(cases) >= 4
+    column = lambda key, side: precision.lanes([c[side][key] for c in cases])  # noqa: E731
+    c0 = precision.lanes([np.cos(o["h0"]) for _, o in cases])
+    c1 = precision.lanes([np.cos(o["h1"]) for _, o in cases])
+    got = np.array(arcs.cosine_arc(column("nV", 0), column("nT", 0), c0, c1))
+    assert got == pytest.approx([o["cos_arc_weighted"] for _, o in cases], abs=precision.tolerance)
+    got = np.array(arcs.uniform_arc(c0, c1))
+    assert got == pytest.approx([o["uniform_arc"] for _, o in cases], abs=precision.tolerance)
+
+
+def test_cosine_arc_against_quadrature(precision):
+    nV, nT, h0, h1 = random_slices()
+    want = [slice_oracle.arc(*case) for case in zip(nV, nT, h0, h1, strict=True)]
+    c0, c1 = precision.lanes(np.cos(h0)), precision.lanes(np.cos(h1))
+    got = np.array(arcs.cosine_arc(precision.lanes(nV), precision.lanes(nT), c0, c1))
+    assert got == pytest.approx([w.cosine for w in want], abs=precision.tolerance)
+    assert np.array(arcs.uniform_arc(c0, c1)) == pytest.approx([w.uniform for w in want], abs=precision.tolerance)
+
+
+def test_horizon_cosine_of_one_by_rounding_is_no_nan(precision):
+    """A sample straight toward the eye has cosine 1 and, rounded, a little more."""
+    above = precision.lanes([1.0, 1.0 + 1e-6, 1.0 + 1e-3])
+    got = np.array(arcs.cosine_arc(precision.lanes([0.8] * 3), precision.lanes([0.6] * 3), above, above))
+    assert got == pytest.approx(0.0, abs=precision.tolerance)
+
+
+def test_signed_arcs_golden(precision):
+    """Every arc, also those that leave out θ = 0, where the published formula does not hold."""
+    cases = golden.cases("A.arc")
+    assert any(i["h0"] > 0 for i, _ in cases)
+    assert any(i["h1"] < 0 for i, _ in cases)
+    gamma, a, b = (precision.lanes([i[k] for i, _ in cases]) for k in ("gamma", "h0", "h1"))
+    got = np.array(arcs.cosine_arc_signed(gamma, a, b))
+    assert got == pytest.approx([o["arc_cosine"] for _, o in cases], abs=precision.tolerance)
+    got = np.array(arcs.uniform_arc_signed(a, b))
+    assert got == pytest.approx([o["arc_uniform"] for _, o in cases], abs=precision.tolerance)
+
+
+def test_signed_slice_golden_with_back_facing_normal(precision):
+    """A normal beyond edge-on (nV < 0) leaves an arc that excludes θ = 0."""
+    cases = golden.cases("A.slice")
+    assert any(i["nV"] < 0 for i, _ in cases)
+    gamma, a, b, length = (precision.lanes([o[k] for _, o in cases]) for k in ("gamma", "h0", "h1", "len"))
+    got = np.array(length * arcs.cosine_arc_signed(gamma, a, b))
+    assert got == pytest.approx([o["cos_arc_weighted"] for _, o in cases], abs=precision.tolerance)
+
+
+def test_full_slice_golden_and_clamped_start(precision):
+    """Starting the search at the tangent plane gives the horizons of the open slice, hence the full integral."""
+
+    def lanes(cases):
+        return tuple(precision.lanes([i[k] for i, _ in cases]) for k in ("nV", "nT"))
+
+    cases = golden.cases("A.slice")
+    want = [o["full_slice"] for _, o in cases]
+    assert np.array(arcs.full_slice(*lanes(cases))) == pytest.approx(want, abs=precision.tolerance)
+    cases = [(i, o) for i, o in cases if i["nV"] >= 0]
+    nV, nT = lanes(cases)
+    want = [o["full_slice"] for _, o in cases]
+    c0, c1 = slices.clamped_start(nV, nT)
+    assert np.array(arcs.cosine_arc(nV, nT, c0, c1)) == pytest.approx(want, abs=precision.tolerance)
+    gamma = np.array([o["gamma"] for _, o in cases])
+    assert np.array(c0) == pytest.approx(np.cos(gamma - HALF_PI), abs=precision.tolerance)
+    assert np.array(c1) == pytest.approx(np.cos(gamma + HALF_PI), abs=precision.tolerance)
+
+
+@pytest.mark.parametrize(("inputs", "outputs"), golden.cases("A.unoccluded"))
+def test_open_point_with_few_slices_golden(precision, inputs, outputs):
+    """The mean over n slices of an open, tilted point is not 1 but a known number."""
+    n = inputs["n"]
+    phi = np.pi * (np.arange(n) + inputs["offset"]) / n
+    nV = precision.lanes(np.full(n, np.cos(inputs["Gamma"])))
+    nT = precision.lanes(np.sin(inputs["Gamma"]) * np.cos(phi))
+    assert np.mean(np.array(arcs.full_slice(nV, nT))) == pytest.approx(outputs["A"], abs=precision.tolerance)
+
+
+def horizon_slices(inputs, n, offset):
+    """Per slice of a horizon function: nV, nT, h0, h1 (unclamped), tangent."""
+    N, V = slice_oracle.unit(inputs["N"]), slice_oracle.unit(inputs["V"])
+    e1, e2 = slice_oracle.azimuth_frame(V)
+    phi = np.pi * (np.arange(n) + offset) / n
+    T = np.cos(phi)[:, None] * e1 + np.sin(phi)[:, None] * e2
+    horizon = slice_oracle.harmonic_horizon(inputs["c"], inputs["harmonics"])
+    h1, h0 = np.clip(horizon(phi), 0, np.pi), -np.clip(horizon(phi + np.pi), 0, np.pi)
+    return np.full(n, N @ V), T @ N, h0, h1, T
+
+
+def slice_means(precision, nV, nT, h0, h1):
+    """Mean over slices of both weightings, horizons clamped by the search's start values."""
+    nV, nT = precision.lanes(nV), precision.lanes(nT)
+    c0, c1 = slices.clamped_start(nV, nT)
+    c0 = precision.lanes(np.maximum(np.array(c0), np.cos(h0)))
+    c1 = precision.lanes(np.maximum(np.array(c1), np.cos(h1)))
+    cosine = np.array(arcs.cosine_arc(nV, nT, c0, c1), dtype=np.float64).mean()
+    return cosine, np.array(arcs.uniform_arc(c0, c1), dtype=np.float64).mean() / 2
+
+
+@pytest.mark.parametrize(("inputs", "outputs"), golden.cases("B.slices"))
+def test_few_slices_of_a_horizon_function_golden(precision, inputs, outputs):
+    got = slice_means(precision, *horizon_slices(inputs, inputs["n"], inputs["offset"])[:4])
+    assert got == pytest.approx((outputs["A_cos"], outputs["A_uniform"]), abs=precision.tolerance)
+
+
+@pytest.mark.parametrize(("inputs", "outputs"), golden.cases("A.horizon"))
+def test_many_slices_of_a_horizon_function_golden(precision, inputs, outputs):
+    """The slice sum converges to the two-dimensional integral over the hemisphere.
+
+    A horizon that meets the tangent plane has a kink in azimuth: error O(n^-2), below 1e-9 from 2^15 slices on.
+    """
+    got = slice_means(precision, *horizon_slices(inputs, 1 << 16, 0.5)[:4])
+    assert got == pytest.approx((outputs["A_cos"], outputs["A_uniform"]), abs=precision.tolerance)
