@@ -5,6 +5,7 @@ plane (nV, nT) = |np| (cos γ, sin γ), measure |sin θ| dθ dφ.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.integrate import quad
@@ -30,7 +31,7 @@ def _integrate(f, a: float, b: float) -> float:
     if b <= a:
         return 0.0
     edges = [a, 0.0, b] if a < 0.0 < b else [a, b]
-    return sum(quad(f, lo, hi, **_QUAD)[0] for lo, hi in zip(edges[:-1], edges[1:], strict=True))
+    return sum(quad(f, lo, hi, **_QUAD)[0] for lo, hi in pairwise(edges))
 
 
 def arc(nV: float, nT: float, a: float, b: float) -> SliceIntegrals:
@@ -159,7 +160,7 @@ def hemisphere_qmc(N, V, horizon, n: int = 1 << 16) -> float:
 
 
 def unoccluded_mean(Gamma: float, n: int, offset: float) -> float:
-    """Mean of n full-hemisphere slices at azimuths π(i + offset)/n for a normal tilted by ``Gamma`` toward azimuth 0."""
+    """Mean of n open slices at azimuths π(i + offset)/n for a normal tilted by ``Gamma`` toward azimuth 0."""
     total = 0.0
     for i in range(n):
         phi = np.pi * (i + offset) / n

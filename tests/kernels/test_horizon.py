@@ -1,0 +1,107 @@
+"""What one depth sample says about the horizon: golden values and brute force along the eye ray."""
+
+import numpy as np
+import pytest
+from oracles import golden, slice_oracle
+
+import drjit as dr  # isort: skip
+
+from gtao.kernels import horizon
+
+
+def vector(precision, rows):
+    return tuple(precision.lanes(column) for column in np.asarray(rows).T)
+
+
+@pytest.mark.parametrize(("inputs", "outputs"), golden.cases("A.falloff"))
+def test_attenuation_golden(precision, inputs, outputs):
+    low = precision.Float(outputs["low_cos"])
+    assert outputs["low_cos"] == pytest.approx(np.cos(inputs["gamma"] + inputs["side"] * np.pi / 2))
+    scale = -1 / (inputs["r1"] - inputs["r0"])
+    got = horizon.attenuate(
+        precision.Float(inputs["cos_s"]), low, precision.Float(inputs["dist"] ** 2), scale, -scale * inputs["r1"]
+    )
+    assert got[0] == pytest.approx(outputs["attenuated_cos"], abs=precision.tolerance)
+
+
+def test_attenuation_ends_at_the_tangent_plane(precision):
+    distances = [0.0, 0.5, 1.0, 1.5, 2.0, 3.0]
+    got = horizon.attenuate(
+        precision.Float(0.7), precision.Float(-0.2), precision.lanes(np.square(distances)), -1.0, 2.0
+    )
+    assert np.array(got) == pytest.approx([0.7, 0.7, 0.7, 0.25, -0.2, -0.2], abs=precision.tolerance)
+
+
+def test_cosine_and_distances(precision):
+    rng = np.random.default_rng(0)
+    D, V = rng.normal(size=(50, 3)), slice_oracle.unit(rng.normal(size=(50, 3)))
+    c, d2, dV = horizon.cosine(vector(precision, D), vector(precision, V))
+    want = np.sum(D * V, axis=1)
+    scale = 10 * precision.tolerance
+    assert np.array(dV) == pytest.approx(want, abs=scale)
+    assert np.array(d2) == pytest.approx(np.sum(D * D, axis=1), rel=scale)
+    assert np.array(c) == pytest.approx(want / np.linalg.norm(D, axis=1), abs=scale)
+
+
+def solid_within(P, S, V, e, radius):
+    """Largest ⟨ω, V⟩ over the points of the eye ray S + t e, t >= 0, that lie within ``radius`` of P; -1 if none.
+
+    The ray is sampled over eight radii; its entry into the sphere is then bisected to rounding.
+    """
+    t = np.linspace(0, 8 * radius, 20_001)
+    inside = np.linalg.norm(S + t[:, None] * e - P, axis=1) <= radius
+    if not inside.any():
+        return -1.0
+    first = np.argmax(inside)
+    if first:
+        low, high = t[first - 1], t[first]
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            if np.linalg.norm(S + middle * e - P) <= radius:
+                high = middle
+            else:
+                low = middle
+        t[first] = high
+    offsets = S + t[inside][:, None] * e - P
+    return float(np.max(offsets @ V / np.linalg.norm(offsets, axis=1)))
+
+
+def eye_rays(orthographic, radius, n=200, seed=2):
+    """Points P, samples S on eye rays that pass P at up to 1.3 radii, in front of the sphere, inside and behind it."""
+    rng = np.random.default_rng(seed)
+    while n:
+        P = np.array([*rng.uniform(-1, 1, 2), -rng.uniform(2, 4)])
+        V = np.array([0.0, 0.0, 1.0]) if orthographic else slice_oracle.unit(-P)
+        beside = P + 1.3 * radius * np.sqrt(rng.random()) * slice_oracle.unit(np.cross(V, rng.normal(size=3)))
+        e = -V if orthographic else slice_oracle.unit(beside)
+        S = beside + rng.uniform(-1.5, 1.2) * e
+        closest = np.linalg.norm((S - P) - ((S - P) @ e) * e)
+        # A graze is ill-conditioned: the entry moves with the square root of a rounding error.
+        if abs(closest / radius - 1) > 0.01:
+            n -= 1
+            yield P, V, S, e
+
+
+@pytest.mark.parametrize("orthographic", [False, True], ids=["perspective", "orthographic"])
+def test_cut_at_sphere_against_sampling(precision, orthographic):
+    radius = 0.7
+    kinds = {"inside": 0, "entering": 0, "missing": 0}
+    for P, V, S, e in eye_rays(orthographic, radius):
+        want = solid_within(P, S, V, e, radius)
+        inside = np.linalg.norm(S - P) <= radius
+        kinds["inside" if inside else "entering" if want > -1 else "missing"] += 1
+        c, d2, dV = horizon.cosine(vector(precision, [S - P]), vector(precision, [V]))
+        p = precision.Float(float(np.linalg.norm(P)))
+        got = horizon.cut_at_sphere(c, d2, dV, p, precision.Float(radius), orthographic)[0]
+        # A percent away from a graze the square root amplifies rounding by at most ten.
+        assert got == pytest.approx(want, abs=10 * precision.tolerance)
+    assert min(kinds.values()) > 20
+
+
+def test_background_sample_is_never_a_horizon(precision):
+    """At infinite depth the cosine is NaN or finite, but must not win against any running horizon."""
+    D = tuple(precision.Float(v) for v in (np.inf, np.inf, -np.inf))
+    V = tuple(precision.Float(v) for v in slice_oracle.unit([0.1, 0.2, 1.0]))
+    c, _, _ = horizon.cosine(D, V)
+    running = precision.Float(-0.9)
+    assert dr.select(c > running, c, running)[0] == running[0]

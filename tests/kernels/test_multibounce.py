@@ -1,0 +1,141 @@
+"""Multi-bounce forms: golden values, definitions, limits, and the public function on images."""
+
+import math
+
+import numpy as np
+import pytest
+from oracles import golden
+
+import gtao
+from gtao.data.multibounce import FORM_PARAMETERS
+from gtao.kernels.multibounce import evaluate
+
+CASES = golden.cases("D.multibounce")
+JIMENEZ = gtao.JIMENEZ2016.coefficients
+
+
+def lanes_of(precision, key, side=0):
+    return precision.lanes([case[side][key] for case in CASES])
+
+
+@pytest.mark.parametrize(
+    ("form", "coefficients", "key"),
+    [
+        ("linear_cubic", JIMENEZ, "clamped"),
+        ("sphere", (), "sphere_inf"),
+        # The value with four extra bounces has five terms.
+        ("sphere_truncated", (5,), "sphere_4"),
+    ],
+)
+def test_golden(precision, form, coefficients, key):
+    got = np.array(evaluate(form, coefficients, lanes_of(precision, "V"), lanes_of(precision, "rho")))
+    assert got == pytest.approx([o[key] for _, o in CASES], abs=precision.tolerance)
+
+
+FORMULAS = {
+    "linear_cubic": lambda k, V, p: np.maximum(
+        V, (((k[0] * p + k[1]) * V + k[2] * p + k[3]) * V + k[4] * p + k[5]) * V
+    ),
+    "four_parameter": lambda k, V, p: V + p * V * (1 - V) * (k[0] + k[1] * V + p * (k[2] + k[3] * V)),
+    "one_parameter": lambda k, V, p: V / (1 - k[0] * p * (1 - V)),
+    "two_parameter": lambda k, V, p: V / (1 - p * (1 - V) * (k[0] + k[1] * V)),
+    "sphere": lambda k, V, p: V / (1 - p * (1 - V)),
+    "sphere_truncated": lambda k, V, p: V * sum((p * (1 - V)) ** j for j in range(int(k[0]))),
+}
+COEFFICIENTS = {
+    "linear_cubic": JIMENEZ,
+    "four_parameter": (0.7, -0.3, 0.9, -0.6),
+    "one_parameter": (0.9,),
+    "two_parameter": (0.8, 0.15),
+    "sphere": (),
+    "sphere_truncated": (4,),
+}
+GRID = [v.ravel() for v in np.meshgrid(np.linspace(0.01, 1, 23), np.linspace(0, 0.99, 21))]
+
+
+def test_every_form_is_covered():
+    assert set(FORMULAS) == set(COEFFICIENTS) == set(FORM_PARAMETERS)
+
+
+@pytest.mark.parametrize("form", sorted(FORMULAS))
+def test_form_is_its_formula(precision, form):
+    V, rho = GRID
+    k = COEFFICIENTS[form]
+    assert len(k) == len(FORM_PARAMETERS[form])
+    got = np.array(evaluate(form, k, precision.lanes(V), precision.lanes(rho)))
+    assert got == pytest.approx(FORMULAS[form](k, V, rho), abs=precision.tolerance)
+
+
+@pytest.mark.parametrize("form", sorted(FORMULAS))
+def test_limits_that_every_form_shares(precision, form):
+    """0 at V = 0, 1 at V = 1 (the published cubic to 5e-4), never below V, V itself without albedo."""
+    k, rho = COEFFICIENTS[form], np.linspace(0, 0.99, 12)
+    flat = lambda value: precision.lanes(np.full(12, value))  # noqa: E731
+    at_end = 5e-4 if form == "linear_cubic" else precision.tolerance
+    assert np.array(evaluate(form, k, flat(0.0), precision.lanes(rho))) == pytest.approx(0.0, abs=precision.tolerance)
+    assert np.array(evaluate(form, k, flat(1.0), precision.lanes(rho))) == pytest.approx(1.0, abs=at_end)
+    V, rho = GRID
+    got = np.array(evaluate(form, k, precision.lanes(V), precision.lanes(rho)))
+    assert (got >= V - precision.tolerance).all()
+    if form != "linear_cubic":
+        dark = np.array(evaluate(form, k, precision.lanes(V), precision.lanes(np.zeros_like(V))))
+        assert dark == pytest.approx(V, abs=precision.tolerance)
+
+
+def test_sphere_at_white_albedo_and_closed_surroundings():
+    """V → 0 with ρ = 1: no light is lost, the limit is 1."""
+    image = np.zeros((2, 2), np.float32)
+    assert gtao.multibounce(image, 1.0, gtao.SPHERE).numpy() == pytest.approx(1.0)
+    assert gtao.multibounce(image, 0.5, gtao.SPHERE).numpy() == pytest.approx(0.0)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_published_fit_respects_the_energy_bound(case):
+    """V' <= V + ρ (1 - V), on images, after the clamp to 1 that removes the cubic's overshoot."""
+    inputs, outputs = case
+    got = gtao.multibounce(np.full((1, 1), inputs["V"], np.float32), inputs["rho"]).numpy()[0, 0]
+    assert got <= outputs["upper_bound"] + golden.FLOAT32_TOLERANCE
+    assert got == pytest.approx(min(1.0, outputs["clamped"]), abs=golden.FLOAT32_TOLERANCE)
+
+
+def test_image_shapes_and_channels():
+    rng = np.random.default_rng(0)
+    V = rng.uniform(0, 1, (3, 5)).astype(np.float32)
+    albedo = rng.uniform(0, 1, (3, 5, 3)).astype(np.float32)
+    want = np.minimum(1, FORMULAS["linear_cubic"](JIMENEZ, V[..., None].astype(float), albedo.astype(float)))
+    assert gtao.multibounce(V, albedo).numpy() == pytest.approx(want, abs=golden.FLOAT32_TOLERANCE)
+    grey = gtao.multibounce(V, albedo[..., 1]).numpy()
+    assert grey.shape == (3, 5)
+    assert grey == pytest.approx(want[..., 1], abs=golden.FLOAT32_TOLERANCE)
+    one = gtao.multibounce(V, 0.4).numpy()
+    assert one == pytest.approx(
+        np.minimum(1, FORMULAS["linear_cubic"](JIMENEZ, V.astype(float), 0.4)), abs=golden.FLOAT32_TOLERANCE
+    )
+
+
+def test_estimates_above_one_are_clamped():
+    """Single pixels of an unbiased estimate exceed 1."""
+    assert gtao.multibounce(np.full((1, 2), 1.2, np.float32), 0.5).numpy() == pytest.approx(1.0, abs=5e-4)
+
+
+@pytest.mark.parametrize(
+    ("visibility", "albedo"),
+    [
+        (np.full((2, 2), np.nan, np.float32), 0.5),
+        (np.full((2, 2), -0.1, np.float32), 0.5),
+        (np.ones((2, 2), np.float32), 1.5),
+        (np.ones((2, 2), np.float32), math.nan),
+        (np.ones((2, 2), np.float32), np.full((2, 2, 3), -0.1, np.float32)),
+        (np.ones((2, 2), np.float32), np.full((2, 2, 3), np.nan, np.float32)),
+        (np.ones((2, 2), np.float32), np.ones((2, 3, 3), np.float32)),
+        ("open", 0.5),
+    ],
+)
+def test_bad_input_is_named(visibility, albedo):
+    with pytest.raises(gtao.ShapeError, match=r"visibility|albedo"):
+        gtao.multibounce(visibility, albedo)
+
+
+def test_bad_fit_is_named():
+    with pytest.raises(gtao.ConfigError, match="fit"):
+        gtao.multibounce(np.ones((2, 2), np.float32), 0.5, fit=(1, 2, 3))
