@@ -25,9 +25,4 @@ def grey_png(image: Any) -> bytes:
     grey = bytes(int(x) for x in dr.uint32_array_t(type(v))(dr.fma(v, 255, 0.5)))
     rows = b"".join(b"\0" + grey[i * width : (i + 1) * width] for i in range(height))
     header = struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
-    return (
-        b"\x89PNG\r\n\x1a\n"
-        + _chunk(b"IHDR", header)
-        + _chunk(b"IDAT", zlib.compress(rows))
-        + _chunk(b"IEND", b"")
-    )
+    return b"\x89PNG\r\n\x1a\n" + _chunk(b"IHDR", header) + _chunk(b"IDAT", zlib.compress(rows)) + _chunk(b"IEND", b"")

@@ -67,9 +67,7 @@ class GBuffer:
 
     def __init__(self, view_z: Any, normal_v: Any, camera: Any, albedo: Any = None, motion: Any = None):
         if not isinstance(camera, PerspectiveCamera | OrthographicCamera):
-            raise ShapeError(
-                f"camera must be a PerspectiveCamera or OrthographicCamera, got {type(camera).__name__}"
-            )
+            raise ShapeError(f"camera must be a PerspectiveCamera or OrthographicCamera, got {type(camera).__name__}")
         self.camera = camera
         self.shape: tuple[int, int] = camera.shape
         self.view_z = to_tensor(view_z, "view_z", self.shape)
@@ -80,9 +78,7 @@ class GBuffer:
             self.normal_v = self._derive_normals()
         else:
             self.normal_v = self._check_normals(to_tensor(normal_v, "normal_v", (*self.shape, 3)))
-        self.albedo = (
-            None if albedo is None else self._check_albedo(to_tensor(albedo, "albedo", (*self.shape, 3)))
-        )
+        self.albedo = None if albedo is None else self._check_albedo(to_tensor(albedo, "albedo", (*self.shape, 3)))
         self.motion = None if motion is None else to_tensor(motion, "motion", (*self.shape, 2))
 
     @classmethod
@@ -145,9 +141,7 @@ class GBuffer:
         z = self.view_z.array
         n_nan, n_bad = dr.count(dr.isnan(z))[0], dr.count(z <= 0)[0]
         if n_nan:
-            raise ShapeError(
-                f"view_z is NaN at {n_nan} pixels; mark the background with inf and repair the rest"
-            )
+            raise ShapeError(f"view_z is NaN at {n_nan} pixels; mark the background with inf and repair the rest")
         if n_bad:
             lowest = dr.min(z)[0]
             raise ShapeError(

@@ -27,13 +27,9 @@ print(json.dumps(result))
 
 
 def run(code, **variables):
-    environment = {
-        k: v for k, v in os.environ.items() if k not in (_llvm.LIBRARY_VARIABLE, _llvm.SEARCH_PATH_VARIABLE)
-    }
+    environment = {k: v for k, v in os.environ.items() if k not in (_llvm.LIBRARY_VARIABLE, _llvm.SEARCH_PATH_VARIABLE)}
     environment |= {k: str(v) for k, v in variables.items()}
-    return subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=False
-    )
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=False)
 
 
 def probe(**variables):
@@ -94,9 +90,7 @@ def test_the_library_of_the_wheel_works():
 
 def test_the_users_library_is_not_silently_replaced():
     result = probe(DRJIT_LIBLLVM_PATH="/nonexistent/libLLVM.so.19.1")
-    assert_no_gpu_or_error(
-        result, "DRJIT_LIBLLVM_PATH names /nonexistent/libLLVM.so.19.1, which is missing", "unset"
-    )
+    assert_no_gpu_or_error(result, "DRJIT_LIBLLVM_PATH names /nonexistent/libLLVM.so.19.1, which is missing", "unset")
 
 
 def test_the_users_old_library_is_refused():
@@ -106,13 +100,9 @@ def test_the_users_old_library_is_refused():
 
 def test_drjit_imported_first_with_an_old_library_is_an_error_in_words():
     library = system_library(15)
-    process = run(
-        "import drjit\ndrjit.has_backend(drjit.JitBackend.LLVM)\n" + PROBE, DRJIT_LIBLLVM_PATH=library.path
-    )
+    process = run("import drjit\ndrjit.has_backend(drjit.JitBackend.LLVM)\n" + PROBE, DRJIT_LIBLLVM_PATH=library.path)
     assert process.returncode == 0, process.stderr
-    assert_no_gpu_or_error(
-        json.loads(process.stdout), "imported before gtao", "LLVM 15", "import gtao before drjit"
-    )
+    assert_no_gpu_or_error(json.loads(process.stdout), "imported before gtao", "LLVM 15", "import gtao before drjit")
 
 
 def test_the_users_environment_is_left_as_it_was_when_nothing_is_usable():
@@ -153,9 +143,7 @@ def test_the_newest_usable_system_library_wins_over_older_ones(tmp_path):
 
 
 def test_the_wheel_serves_where_the_system_has_nothing_usable(monkeypatch):
-    monkeypatch.setattr(
-        _llvm, "_system_libraries", lambda: [_llvm.Library("/usr/lib/libLLVM-15.so.1", 15, "system")]
-    )
+    monkeypatch.setattr(_llvm, "_system_libraries", lambda: [_llvm.Library("/usr/lib/libLLVM-15.so.1", 15, "system")])
     choice = _llvm.choose({})
     assert choice.library is not None
     assert choice.library.origin == "wheel"

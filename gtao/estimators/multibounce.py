@@ -4,10 +4,10 @@ from typing import Any
 
 import drjit as dr
 
-from .. import backend
-from ..data.multibounce import JIMENEZ2016, MultibounceFit
-from ..errors import ConfigError, ShapeError
-from ..kernels.multibounce import evaluate
+from gtao import backend
+from gtao.data.multibounce import JIMENEZ2016, MultibounceFit
+from gtao.errors import ConfigError, ShapeError
+from gtao.kernels.multibounce import evaluate
 
 __all__ = ["multibounce"]
 

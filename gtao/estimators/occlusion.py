@@ -4,12 +4,12 @@ import math
 
 import drjit as dr
 
-from ..config import GTAO
-from ..errors import ConfigError
-from ..gbuffer import GBuffer
-from ..kernels import noise
-from ..kernels.visibility import MAX_UNROLLED_STEPS, Scalars, Switches, visibility
-from ..results import AmbientOcclusion
+from gtao.config import GTAO
+from gtao.errors import ConfigError
+from gtao.gbuffer import GBuffer
+from gtao.kernels import noise
+from gtao.kernels.visibility import MAX_UNROLLED_STEPS, Scalars, Switches, visibility
+from gtao.results import AmbientOcclusion
 
 __all__ = ["ambient_occlusion"]
 
@@ -91,7 +91,5 @@ def ambient_occlusion(g: GBuffer, method: GTAO | None = None, *, frame_index: in
         )
     field = g.affine_field() if switches.fetch == "linear" else None
     n = g.normal_arrays()
-    flat = visibility(
-        g.view_z.array, field, (n.x, n.y, n.z), switches, _scalars(g, method, frame_index), g.types
-    )
+    flat = visibility(g.view_z.array, field, (n.x, n.y, n.z), switches, _scalars(g, method, frame_index), g.types)
     return AmbientOcclusion(visibility=g.types.Tensor(flat, g.shape), config=method)

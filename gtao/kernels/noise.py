@@ -37,9 +37,7 @@ def _interleaved_gradient(x, y, frame_rotation, frame_offset, key, Float):
     """Interleaved gradient noise (Jimenez 2014) for the rotation, the 4-valued offsets beside it."""
     u, v = Float(x) + frame_rotation, Float(y) + frame_rotation
     j = (y - x) & 3
-    return frac(52.9829189 * frac(dr.fma(u, 0.06711056, 0.00583715 * v))), frac(
-        dr.fma(Float(j), 0.25, frame_offset)
-    )
+    return frac(52.9829189 * frac(dr.fma(u, 0.06711056, 0.00583715 * v))), frac(dr.fma(Float(j), 0.25, frame_offset))
 
 
 def _white(x, y, frame_rotation, frame_offset, key, Float):

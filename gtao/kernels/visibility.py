@@ -165,9 +165,7 @@ def visibility(view_z, field, normal, k: Switches, s: Scalars, types):
         reach = _reaches(k, s, slice_frame, m, c, q, length2 * rcp, dx, dy, x, y)
         # A side whose next texel is off the frame has no sample: its steps stay on the pixel and are discarded.
         inside = tuple(r >= 1 for r in reach)
-        sides = tuple(
-            (dr.select(i, Float(1), 0), dr.select(i, r - 1, 0)) for i, r in zip(inside, reach, strict=True)
-        )
+        sides = tuple((dr.select(i, Float(1), 0), dr.select(i, r - 1, 0)) for i, r in zip(inside, reach, strict=True))
         start = slices.clamped_start(nV, nT)
         n_block = _block(k.n_steps)
         if n_block == k.n_steps:

@@ -1,0 +1,164 @@
+"""One image in, one image out: the work behind ``gtao render``, ``gtao occlusion`` and ``gtao export``."""
+
+import json
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from gtao import io, render
+from gtao._version import __version__
+from gtao.camera import PerspectiveCamera, camera_from_dict
+from gtao.errors import ConfigError, ImageError
+from gtao.estimators import ambient_occlusion
+
+from .options import method_from_options
+
+__all__ = ["export_fit", "occlusion_file", "render_scene"]
+
+Report = Callable[[str, int, int], None]
+
+
+def _step(progress: Report | None, task: str) -> Callable[[int, int], None] | None:
+    return None if progress is None else lambda done, total: progress(task, done, total)
+
+
+def render_scene(
+    source: str,
+    output: Path,
+    *,
+    sensor: int = 0,
+    resolution: int | None = None,
+    normals: str = "shading",
+    spp: int = 256,
+    max_distance: float = math.inf,
+    n_bounces: int = 0,
+    seed: int = 0,
+    progress: Report | None = None,
+) -> None:
+    """Render the G-buffer and the ground truth of one view into an EXR.
+
+    Args:
+        source: Mitsuba XML file or name of an embedded scene.
+        output: EXR to write; its channels are described in the documentation's conventions.
+        sensor: index of the camera.
+        resolution: longer side in pixels; None keeps the scene's own.
+        normals: "shading" or "geometric".
+        spp: rays per pixel of the truth, and paths per pixel of the transport images.
+        max_distance: reach of occluders in scene units.
+        n_bounces: transport images T_1 … T_K to trace as well; 0 for none.
+        seed: of the random numbers.
+        progress: called as ``progress(task, done, total)``.
+
+    Raises:
+        SceneError: the scene cannot be loaded or has no such camera.
+        ConfigError: a parameter is out of range.
+        ImageError: the output cannot be written.
+    """
+    io.check_writable(output)
+    scene = render.load_scene(source, resolution=resolution)
+    g = render.gbuffer(scene, sensor, normals=normals)
+    truth = render.visibility(scene, g, max_distance, spp, seed, sensor=sensor, progress=_step(progress, "visibility"))
+    extra: dict[str, Any] = {
+        "visibility.mean": truth.mean,
+        "visibility.var": truth.variance,
+        "visibility.count": truth.count,
+        "bent": truth.bent_normal,
+    }
+    if n_bounces:
+        transport = render.transport(
+            scene,
+            g,
+            n_bounces,
+            spp,
+            seed,
+            sensor=sensor,
+            normals=normals,
+            progress=_step(progress, "transport"),
+        )
+        extra["transport"] = transport.T
+    config = {
+        "source": Path(source).name,
+        "sensor": sensor,
+        "normals": normals,
+        "spp": spp,
+        "max_distance": max_distance,
+        "n_bounces": n_bounces,
+        "seed": seed,
+        "fingerprint": render.fingerprint(scene, sensor),
+    }
+    io.write_gbuffer(output, g, extra=extra, manifest={"made_by": f"gtao {__version__} render", "config": config})
+
+
+def _camera(camera_file: Path | None, fov_y: float | None, source: Path, layer: str | None) -> Any:
+    if camera_file is not None and fov_y is not None:
+        raise ConfigError("give a camera file or a field of view, not both")
+    if camera_file is not None:
+        try:
+            data = json.loads(camera_file.read_text())
+        except OSError as error:
+            raise ConfigError(f"cannot read camera {camera_file}: {error.strerror}") from None
+        except ValueError as error:
+            raise ConfigError(f"camera {camera_file} is not JSON: {error}") from None
+        if not isinstance(data, dict):
+            raise ConfigError(f"camera {camera_file} must hold a JSON object, got {type(data).__name__}")
+        return camera_from_dict(data)
+    if fov_y is not None:
+        width, height = io.image_size(source, layer=layer)
+        return PerspectiveCamera(width, height, fov_y)
+    return None
+
+
+def occlusion_file(
+    source: Path,
+    output: Path,
+    *,
+    method: str = "gtao",
+    settings: Sequence[str] = (),
+    frame_index: int = 0,
+    camera_file: Path | None = None,
+    fov_y: float | None = None,
+    layer: str | None = None,
+    derive_normals: bool = False,
+) -> None:
+    """Estimate visibility from an EXR and write it beside depth and normals.
+
+    Args:
+        source: EXR with depth and normals; see :func:`gtao.io.read_gbuffer` for the channel names.
+        output: EXR to write.
+        method: "gtao", or "published" for the papers' own settings.
+        settings: options as ``key=value``.
+        frame_index: of the noise.
+        camera_file: JSON of :meth:`gtao.PerspectiveCamera.to_dict`; needed where the file carries no camera.
+        fov_y: vertical field of view in radians, in place of ``camera_file``.
+        layer: layer to read.
+        derive_normals: take normals from the depth, not from the file.
+
+    Raises:
+        ImageError: the input cannot be read or lacks a channel, or the output cannot be written.
+        ConfigError: an option is wrong.
+        ShapeError: depth or normals are not what they should be.
+    """
+    config = method_from_options(method, settings)
+    if output.resolve() == source.resolve():
+        raise ImageError(f"output {output} is the input; choose another name")
+    io.check_writable(output)
+    camera = _camera(camera_file, fov_y, source, layer)
+    g = io.read_gbuffer(source, camera, layer=layer, normals="derive" if derive_normals else "file")
+    ao = ambient_occlusion(g, config, frame_index=frame_index)
+    manifest = {
+        "made_by": f"gtao {__version__} occlusion",
+        "config": {**config.to_dict(), "frame_index": frame_index},
+        "input": {"name": source.name, "sha256": io.sha256_file(source)},
+    }
+    io.write_gbuffer(output, g, extra={"visibility.mean": ao.visibility}, manifest=manifest)
+
+
+def export_fit(coefficients: Path, language: str) -> str:
+    """Shader code of the fit in ``coefficients``.
+
+    Raises:
+        RecordError: the file is not a coefficient file.
+        ConfigError: the language is unknown.
+    """
+    return io.shader_code(io.read_fit(coefficients), language)

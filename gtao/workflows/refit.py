@@ -1,0 +1,204 @@
+"""The main job: scenes -> transport images -> fit -> record, coefficients, shader code, plots, report."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gtao import fit, io, render
+from gtao.data.multibounce import JIMENEZ2016, MultibounceFit
+
+from . import report
+from .settings import RefitConfig
+from .transports import SceneData, collect
+from .views import scene_names
+
+__all__ = ["RefitOutcome", "refit"]
+
+Report = Callable[[str, int, int], None]
+
+#: Every run tabulates these numbers of bounces, whatever its headline.
+TABULATED = (4.0, math.inf)
+LANGUAGES = {"hlsl": "hlsl", "glsl": "glsl", "wgsl": "wgsl", "c": "h"}
+
+
+@dataclass(frozen=True, eq=False)
+class RefitOutcome:
+    """What a refit found; everything in it is also in the output directory.
+
+    Attributes:
+        fit: the headline fit, as written to ``coefficients.json``.
+        result: the fit with residuals, covariance and settings.
+        tables: forms compared, by number of bounces.
+        record: what ``record.json`` holds.
+    """
+
+    fit: MultibounceFit
+    result: Any
+    tables: dict[float, Any]
+    record: dict[str, Any]
+
+    def summary(self) -> str:
+        """A few lines for a terminal."""
+        table = self.tables[self.fit.bounces]
+        published = table.row("published")
+        lines = [f"{self.fit.form}, {_bounces(self.fit.bounces)}, {len(self.result.scenes)} scenes"]
+        for i, (name, value) in enumerate(zip(self.fit.names, self.fit.coefficients, strict=True)):
+            line = f"  {name:7} {value:9.4f}"
+            if self.fit.standard_errors and self.fit.intervals:
+                low, high = self.fit.intervals[i]
+                line += f"  ± {self.fit.standard_errors[i]:.4f}  [{low:.4f}, {high:.4f}]"
+            if self.fit.form == JIMENEZ2016.form:
+                line += f"   published {JIMENEZ2016.coefficients[i]:9.4f}"
+            lines.append(line)
+        lines.append(f"  RMSE on these scenes {self.result.rmse:.4f}, published set {published.train:.4f}")
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        return self.fit._repr_html_()
+
+
+def _bounces(value: float) -> str:
+    return "infinitely many bounces" if math.isinf(value) else f"{value:g} bounces"
+
+
+def _samples(data: list[SceneData], config: RefitConfig) -> fit.Samples:
+    regressors = {d.name: d.screen for d in data} if config.regressor == "screen" else None
+    return fit.Samples.from_transports([(d.name, d.transport) for d in data], regressors=regressors)
+
+
+def _fit(samples: fit.Samples, config: RefitConfig) -> Any:
+    return fit.multibounce(
+        samples,
+        bounces=config.bounces,
+        albedos=config.albedos,
+        form=config.form,
+        procedure=config.procedure,
+        constraints=config.constraints,
+        weighting=config.weighting,
+        n_bootstrap=config.n_bootstrap,
+        level=config.level,
+        seed=config.seed,
+    )
+
+
+def _scene_entry(d: SceneData, source: str) -> dict[str, Any]:
+    v = d.transport.escaped[:, 0].sum(0, dtype=np.int64) / d.transport.spp
+    entry = {
+        "name": d.name,
+        "views": list(d.fingerprints),
+        "n_pixels": int(v.size),
+        "mean_visibility": float(v.mean()),
+        "visibility_deciles": np.histogram(v, bins=10, range=(0, 1))[0].tolist(),
+        "share_left_inside": float(d.transport.remaining.sum(dtype=np.int64) / d.transport.spp / v.size),
+    }
+    if d.name in render.scenes.names():
+        entry["embedded"] = True
+    else:
+        entry |= {"embedded": False, "file": Path(source).name, "sha256": io.sha256_file(source)}
+    return entry
+
+
+def refit(
+    config: RefitConfig | None = None,
+    output: Path | str = "refit",
+    *,
+    cache: Path | str | None = None,
+    progress: Report | None = None,
+) -> RefitOutcome:
+    """Refit multi-bounce coefficients and write everything a user or a reviewer needs.
+
+    Transport images are cached by what they depend on, so that another fit of the same scenes takes seconds and an
+    interrupted run goes on where it stopped. The record is written last: a directory without ``record.json`` is not
+    finished.
+
+    Args:
+        config: settings; ``RefitConfig()`` if left out.
+        output: directory, made if missing; files of an earlier run in it are replaced.
+        cache: directory of cached transport images; default ``$GTAO_CACHE_DIR``, else the user's cache directory.
+        progress: called as ``progress(task, done, total)``.
+
+    Returns:
+        The fit, the comparison of forms and the record.
+
+    Raises:
+        SceneError: a scene cannot be loaded, is given twice, or shows no surface.
+        ConfigError: a setting is out of range.
+        FitError: the scenes do not determine the coefficients.
+        RecordError, ImageError: the output cannot be written.
+    """
+    config = RefitConfig() if config is None else config
+    output = Path(output)
+    started = datetime.now(UTC)
+    embedded = render.scenes.names("procedural") if config.also_embedded or not config.scenes else ()
+    sources = scene_names([*config.scenes, *embedded])
+    io.make_output_directory(output)
+
+    data = collect(sources, config, io.TransportCache(io.cache_directory(cache)), progress)
+
+    stages = len(TABULATED) + 2
+
+    def stage(i: int) -> None:
+        if progress:
+            progress("fit", i, stages)
+
+    stage(0)
+    samples = _samples(data, config)
+    result = _fit(samples, config)
+    tables = {}
+    for i, bounces in enumerate(dict.fromkeys((config.bounces, *TABULATED))):
+        tables[bounces] = fit.compare_forms(samples, bounces, albedos=config.albedos, seed=config.seed)
+        stage(min(1 + i, len(TABULATED)))
+
+    record_path = output / "record.json"
+    # From here on files change: without its record the directory counts as unfinished.
+    record_path.unlink(missing_ok=True)
+    outputs = _write_outputs(output, config, samples, data, result, tables)
+    stage(stages - 1)
+    record = io.provenance(command="gtao refit", seed=config.seed, config=config.to_dict())
+    record |= {
+        "kind": "multibounce refit",
+        "inputs": [_scene_entry(d, sources[d.name]) for d in data],
+        "fit": result.to_dict(),
+        "comparison": {_key(b): table.to_dict() for b, table in tables.items()},
+        "outputs": {name: io.sha256_file(output / name) for name in outputs},
+        "started": started.isoformat(timespec="seconds"),
+    }
+    report.write(output / "report.html", record, result, tables, samples, data)
+    io.write_record(record_path, record, overwrite=True)
+    stage(stages)
+    return RefitOutcome(result.fit, result, tables, record)
+
+
+def _key(bounces: float) -> str:
+    return "inf" if math.isinf(bounces) else f"{bounces:g}"
+
+
+def _write_outputs(
+    output: Path,
+    config: RefitConfig,
+    samples: Any,
+    data: list[SceneData],
+    result: Any,
+    tables: dict[float, Any],
+) -> list[str]:
+    """Coefficients, shader code and plots; the names of what was written."""
+    names = []
+
+    def text(name: str, content: str) -> None:
+        io.write_text(output / name, content)
+        names.append(name)
+
+    io.write_fit(output / "coefficients.json", result.fit)
+    names.append("coefficients.json")
+    for language, suffix in LANGUAGES.items():
+        text(f"multibounce.{suffix}", io.shader_code(result.fit, language))
+    for name, figure in report.figures(result, tables, samples, data).items():
+        with io.atomic_path(output / f"{name}.png") as path:
+            figure.savefig(path, format="png", dpi=120, metadata={"Software": None})
+        names.append(f"{name}.png")
+    return names
