@@ -1,0 +1,34 @@
+"""Files: G-buffers as EXR, records and coefficients as JSON, transport images, shader code.
+
+Everything is written whole or not at all, and what cannot be read is refused in one line.
+"""
+
+from .atomic import atomic_path as atomic_path
+from .atomic import ensure_writable as ensure_writable
+from .atomic import write_text as write_text
+from .cache import TransportCache as TransportCache
+from .cache import default_cache_directory as default_cache_directory
+from .exr import read_gbuffer as read_gbuffer
+from .exr import write_gbuffer as write_gbuffer
+from .fits import fit_from_dict as fit_from_dict
+from .fits import fit_to_dict as fit_to_dict
+from .fits import read_fit as read_fit
+from .fits import write_fit as write_fit
+from .images import read_channels as read_channels
+from .images import write_channels as write_channels
+from .jsontext import canonical_json as canonical_json
+from .jsontext import with_infinities as with_infinities
+from .provenance import file_entry as file_entry
+from .provenance import git_state as git_state
+from .provenance import portable as portable
+from .provenance import provenance as provenance
+from .provenance import sha256_file as sha256_file
+from .provenance import versions as versions
+from .records import number as number
+from .records import read_record as read_record
+from .records import without_timestamps as without_timestamps
+from .records import write_record as write_record
+from .shaders import shader_code as shader_code
+from .transport import StoredTransport as StoredTransport
+from .transport import read_transport as read_transport
+from .transport import write_transport as write_transport
