@@ -75,11 +75,7 @@ def constraint_set(form: Polynomial | Rational, names: tuple[str, ...]) -> Const
         )
     )
     if isinstance(form, Polynomial):
-        E, d = (
-            _unit_at_one(form)
-            if "unit_at_one" in names
-            else (np.zeros((0, form.n_coefficients)), np.zeros(0))
-        )
+        E, d = _unit_at_one(form) if "unit_at_one" in names else (np.zeros((0, form.n_coefficients)), np.zeros(0))
         rows = _polynomial_rows(form, names, V, rho)
     else:
         E, d = np.zeros((0, form.n_coefficients)), np.zeros(0)

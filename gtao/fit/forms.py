@@ -106,9 +106,7 @@ def _linear_cubic() -> Polynomial:
 def _four_parameter() -> Polynomial:
     # V (1 - V) and V² (1 - V); k0, k1 go with ρ, k2, k3 with ρ².
     first, second = (0.0, 1.0, -1.0, 0.0), (0.0, 0.0, 1.0, -1.0)
-    return Polynomial(
-        "four_parameter", ((first, 1), (second, 1), (first, 2), (second, 2)), (0.0, 1.0, 0.0, 0.0)
-    )
+    return Polynomial("four_parameter", ((first, 1), (second, 1), (first, 2), (second, 2)), (0.0, 1.0, 0.0, 0.0))
 
 
 #: Forms that have something to fit.

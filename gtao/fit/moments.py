@@ -23,38 +23,18 @@ from scipy.special import comb
 
 from gtao.errors import FitError
 
+from .lattice import Lattice, lattices
 from .samples import Samples
 from .scene import SceneSamples
 
-__all__ = ["MAX_LEVELS", "MIN_BATCHES", "Lattice", "Moments", "cluster_moments"]
+__all__ = ["MIN_BATCHES", "Moments", "cluster_moments"]
 
 #: Sixth powers of V (the squared cubic) need as many different batches.
 MIN_BATCHES = 6
 
-#: Finest lattice of V. Up to so many paths per pixel it is exact; a regressor, or V from more paths, is
-#: rounded to it.
-MAX_LEVELS = 4096
-
 #: "uniform" weighting: bins of V that get equal weight, and how much a sparse bin may be raised at most.
 UNIFORM_BINS = 20
 UNIFORM_GAIN = 20.0
-
-
-@dataclass(frozen=True, eq=False)
-class Lattice:
-    """Sums over pixels per level of V, with the sign and factor that they have in the corrected sum.
-
-    Attributes:
-        factor: Factor of this lattice in the sum over lattices.
-        levels: Values of V, (L,).
-        weight: Sum of pixel weights, (clusters, L).
-        target: Sum of weight times V', (clusters, L, albedos).
-    """
-
-    factor: float
-    levels: np.ndarray
-    weight: np.ndarray
-    target: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,15 +163,12 @@ def _fold(
     square = (y.sum(axis=0) ** 2 - (y**2).sum(axis=0)) / (B * (B - 1))
     C = int(label.max()) + 1
     collect = sparse.csr_array((weight, (label, np.arange(N))), shape=(C, N))
-    means = (
-        collect
-        @ np.concatenate([powers, cross.reshape(-1, N), square, naive_powers, naive_cross.reshape(-1, N)]).T
-    )
+    means = collect @ np.concatenate([powers, cross.reshape(-1, N), square, naive_powers, naive_cross.reshape(-1, N)]).T
     split = np.cumsum([7, 4 * R, R, 7])
     p, c, s, np_, nc = np.split(means, split, axis=1)
     return Moments(
         albedos, bounces, B, np.zeros(C, int), p, c.reshape(C, R, 4), s, np_, nc.reshape(C, R, 4),
-        _lattices(scene, x, y, V, weight, label),
+        lattices(scene, x, y, V, weight, label),
     )  # fmt: skip
 
 
@@ -210,46 +187,6 @@ def _symmetric_moments(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.nda
             others[p] = e[p] - batch * others[p - 1]
         cross += target[:, None] * (others / comb(B - 1, np.arange(4))[:, None])
     return e / comb(B, np.arange(7))[:, None], cross / B
-
-
-def _lattices(
-    scene: SceneSamples, x: np.ndarray, y: np.ndarray, V: np.ndarray, weight: np.ndarray, label: np.ndarray
-) -> tuple[Lattice, ...]:
-    B = len(x)
-    total = y.sum(axis=0)
-    every = [(V, total / B)]
-    if scene.regressor is not None:
-        return (_lattice(1.0, MAX_LEVELS, every, weight, label),)
-    paths = scene.paths_per_batch
-    left_out = [((B * V - x[b]) / (B - 1), (total - y[b]) / (B - 1)) for b in range(B)]
-    return (
-        _lattice(float(B), min(B * paths, MAX_LEVELS), every, weight, label),
-        _lattice(-(B - 1) / B, min((B - 1) * paths, MAX_LEVELS), left_out, weight, label),
-    )
-
-
-def _lattice(
-    factor: float,
-    n_levels: int,
-    pairs: list[tuple[np.ndarray, np.ndarray]],
-    weight: np.ndarray,
-    label: np.ndarray,
-) -> Lattice:
-    C, R = int(label.max()) + 1, pairs[0][1].shape[0]
-    size = C * (n_levels + 1)
-    weights, targets = np.zeros(size), np.zeros((R, size))
-    for V, target in pairs:
-        index = label * (n_levels + 1) + np.rint(V * n_levels).astype(np.int64)
-        weights += np.bincount(index, weight, size)
-        for r in range(R):
-            targets[r] += np.bincount(index, weight * target[r], size)
-    shape = (C, n_levels + 1)
-    return Lattice(
-        factor,
-        np.arange(n_levels + 1) / n_levels,
-        weights.reshape(shape),
-        np.moveaxis(targets.reshape(R, *shape), 0, -1),
-    )
 
 
 def _combine(parts: list[Moments], how: Callable[..., np.ndarray]) -> dict[str, Any]:

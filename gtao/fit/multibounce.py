@@ -7,28 +7,23 @@ procedures differ only when inequalities bind. Both are here.
 """
 
 import math
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
 from gtao.data.multibounce import MultibounceFit
-from gtao.errors import ConfigError, FitError
+from gtao.errors import FitError
 
-from .constraints import CONSTRAINTS
-from .forms import Polynomial, fitted_form
 from .moments import cluster_moments
-from .resampling import WEIGHTINGS, resample, scene_weights
-from .result import FitSettings, MultibounceResult
+from .quadratic import UNDETERMINED
+from .resampling import resample, scene_weights
+from .result import MultibounceResult
 from .samples import Samples
 from .scoring import score_fit
-from .solver import UNDETERMINED, Solver
+from .settings import REPORT_ALBEDOS, FitSettings, check
+from .solver import Solver
 
-__all__ = ["REPORT_ALBEDOS", "multibounce"]
-
-#: Albedos of ATVI-TR-19-01.
-REPORT_ALBEDOS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.7, 0.9)
-
-PROCEDURES = ("joint", "two-step")
+__all__ = ["multibounce"]
 
 
 def multibounce(
@@ -77,10 +72,20 @@ def multibounce(
         ConfigError: An argument outside its range, or a combination that makes no sense.
         FitError: Too few batches, or data that do not determine the coefficients.
     """
-    settings = _settings(
-        samples, bounces=bounces, albedos=albedos, form=form, procedure=procedure, constraints=constraints,
-        weighting=weighting, n_bootstrap=n_bootstrap, level=level, seed=seed,
-    )  # fmt: skip
+    settings = check(
+        samples,
+        FitSettings(
+            form=form,
+            bounces=bounces,
+            albedos=tuple(albedos),
+            procedure=procedure,
+            constraints=constraints,
+            weighting=weighting,
+            n_bootstrap=n_bootstrap,
+            level=level,
+            seed=seed,
+        ),
+    )
     values = np.array(settings.albedos)
     solver = Solver(form, settings.constraints, two_step=procedure == "two-step")
     naive = Solver(form, settings.constraints, two_step=procedure == "two-step", naive=True)
@@ -113,43 +118,4 @@ def multibounce(
         n_failed=draws.n_failed,
         active=() if solver.two_step else solver.constraints.active(theta),
         tail=tuple(s.tail(float(values.max())) if math.isinf(bounces) else 0.0 for s in samples.scenes),
-    )
-
-
-def _settings(samples: Samples, **given: Any) -> FitSettings:
-    """Check the arguments of :func:`multibounce` against each other."""
-    form = fitted_form(given["form"])
-    albedos = samples.check(given["bounces"], given["albedos"])
-    constraints = given["constraints"]
-    if isinstance(constraints, str):
-        raise ConfigError(f"constraints must be a tuple of names, got the string {constraints!r}")
-    unknown = [name for name in constraints if name not in CONSTRAINTS]
-    if unknown:
-        raise ConfigError(
-            f"unknown constraint {', '.join(map(repr, unknown))}; choose from {', '.join(CONSTRAINTS)}"
-        )
-    for name, choices in (("procedure", PROCEDURES), ("weighting", WEIGHTINGS)):
-        if given[name] not in choices:
-            raise ConfigError(f"unknown {name} {given[name]!r}; choose one of {', '.join(choices)}")
-    if given["procedure"] == "two-step":
-        if given["form"] != "linear_cubic":
-            raise ConfigError(
-                f"the two-step procedure fits 'linear_cubic' only, got {given['form']!r}; use 'joint'"
-            )
-        extra = sorted(set(constraints) - {"zero_at_zero", "unit_at_one"})
-        if extra:
-            raise ConfigError(f"the two-step procedure cannot hold {', '.join(extra)}; use procedure='joint'")
-    if isinstance(form, Polynomial) and albedos.size < 2:
-        raise ConfigError(f"form {given['form']!r} needs at least 2 albedos, got {albedos.tolist()}")
-    if given["n_bootstrap"] < 0:
-        raise ConfigError(f"n_bootstrap must not be negative, got {given['n_bootstrap']}; use 0 for none")
-    if not 0 < given["level"] < 1:
-        raise ConfigError(f"level must lie in (0, 1), got {given['level']}; 0.95 is usual")
-    return FitSettings(
-        **given
-        | {
-            "bounces": float(given["bounces"]),
-            "albedos": tuple(albedos.tolist()),
-            "constraints": tuple(constraints),
-        }
     )

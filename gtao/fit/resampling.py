@@ -9,13 +9,11 @@ from gtao.evaluate import block_labels, bootstrap_counts, bootstrap_interval, bo
 
 from .forms import Polynomial
 from .moments import Moments, cluster_moments
-from .result import FitSettings
 from .samples import Samples
+from .settings import FitSettings
 from .solver import Solver
 
-__all__ = ["WEIGHTINGS", "Draws", "resample", "scene_weights"]
-
-WEIGHTINGS = ("scene", "pixel", "uniform")
+__all__ = ["Draws", "resample", "scene_weights"]
 
 #: Fewer scenes than this cannot tell how much scenes differ; blocks of pixels stand in for them.
 MIN_SCENES = 3
@@ -49,9 +47,7 @@ def scene_weights(samples: Samples, weighting: str) -> np.ndarray:
     return weight / weight.sum()
 
 
-def resample(
-    samples: Samples, settings: FitSettings, solver: Solver, moments: Moments, theta: np.ndarray
-) -> Draws:
+def resample(samples: Samples, settings: FitSettings, solver: Solver, moments: Moments, theta: np.ndarray) -> Draws:
     """Fit again to bootstrap samples.
 
     Args:
@@ -106,10 +102,7 @@ def resample(
 
 def _block_moments(samples: Samples, settings: FitSettings) -> Moments:
     labels = [
-        block_labels(scene.pixel, scene.width, max(1, -(-scene.width // BLOCKS_ACROSS)))
-        for scene in samples.scenes
+        block_labels(scene.pixel, scene.width, max(1, -(-scene.width // BLOCKS_ACROSS))) for scene in samples.scenes
     ]
     uniform = settings.weighting == "uniform"
-    return cluster_moments(
-        samples, settings.bounces, np.array(settings.albedos), uniform=uniform, labels=labels
-    )
+    return cluster_moments(samples, settings.bounces, np.array(settings.albedos), uniform=uniform, labels=labels)

@@ -9,23 +9,9 @@ import numpy as np
 from gtao.data.multibounce import MultibounceFit
 
 from .scoring import Score
+from .settings import FitSettings
 
-__all__ = ["FitSettings", "MultibounceResult"]
-
-
-@dataclass(frozen=True, kw_only=True)
-class FitSettings:
-    """What was asked for; the fields are the arguments of :func:`multibounce`."""
-
-    form: str
-    bounces: float
-    albedos: tuple[float, ...]
-    procedure: str
-    constraints: tuple[str, ...]
-    weighting: str
-    n_bootstrap: int
-    level: float
-    seed: int
+__all__ = ["MultibounceResult"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

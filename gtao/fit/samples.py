@@ -71,9 +71,7 @@ class Samples:
         for what, given in (("weights", weights), ("regressors", regressors)):
             unknown = sorted(set(given or ()) - set(names))
             if unknown:
-                raise ConfigError(
-                    f"{what} name no such scene: {', '.join(unknown)}; there are {', '.join(names)}"
-                )
+                raise ConfigError(f"{what} name no such scene: {', '.join(unknown)}; there are {', '.join(names)}")
         if regressors is not None and set(regressors) != set(names):
             raise ConfigError(f"regressors miss the scenes {', '.join(sorted(set(names) - set(regressors)))}")
         return cls(
@@ -118,7 +116,5 @@ class Samples:
             raise ConfigError(f"bounces must be 2, 3, … or inf, got {bounces}; 1 is visibility itself")
         counted = min(scene.n_bounces for scene in self.scenes)
         if not math.isinf(bounces) and bounces > counted:
-            raise ConfigError(
-                f"bounces is {bounces:g} but only {counted} were counted; trace more or use inf"
-            )
+            raise ConfigError(f"bounces is {bounces:g} but only {counted} were counted; trace more or use inf")
         return values

@@ -108,9 +108,7 @@ class SceneSamples:
         """V' of each batch, (batches, albedos, N)."""
         counted, left = self.target_weights(bounces, albedos)
         used = int(np.flatnonzero(counted.any(axis=0))[-1]) + 1
-        total = np.einsum(
-            "rk,bkn->brn", counted[:, :used], self.escaped[:, :used].astype(float), optimize=True
-        )
+        total = np.einsum("rk,bkn->brn", counted[:, :used], self.escaped[:, :used].astype(float), optimize=True)
         if left.any():
             total += left[:, None] * self.remaining[:, None, :]
         return total / self.paths_per_batch
@@ -141,9 +139,7 @@ def scene_samples(name: str, t: Any, edges: str, weight: float, regressor: Any) 
         raise ShapeError(f"scene {name!r}: pixel has shape {pixel.shape}, expected ({n_pixels},)")
     paths = int(t.spp) // n_batches
     if paths < 1 or np.any(escaped.sum(axis=1, dtype=np.int64) + remaining != paths):
-        raise ShapeError(
-            f"scene {name!r}: escaped and remaining paths do not add up to {paths} in every batch"
-        )
+        raise ShapeError(f"scene {name!r}: escaped and remaining paths do not add up to {paths} in every batch")
     if not (math.isfinite(weight) and weight > 0):
         raise ConfigError(f"weight of scene {name!r} must be a positive number, got {weight}")
     values = None if regressor is None else _regressor(name, regressor, pixel)
@@ -162,11 +158,7 @@ def _regressor(name: str, given: Any, pixel: np.ndarray) -> np.ndarray:
     if values.ndim == 2 and values.size > pixel.max():
         values = values.ravel()[pixel]
     if values.shape != pixel.shape:
-        raise ShapeError(
-            f"scene {name!r}: regressor has shape {values.shape}, the scene {pixel.size} valid pixels"
-        )
+        raise ShapeError(f"scene {name!r}: regressor has shape {values.shape}, the scene {pixel.size} valid pixels")
     if not np.all(np.isfinite(values)):
-        raise ShapeError(
-            f"scene {name!r}: {int((~np.isfinite(values)).sum())} values of the regressor are NaN or inf"
-        )
+        raise ShapeError(f"scene {name!r}: {int((~np.isfinite(values)).sum())} values of the regressor are NaN or inf")
     return np.clip(values, 0.0, 1.0)

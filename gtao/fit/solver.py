@@ -9,109 +9,24 @@ program of :func:`quadratic`.
 from dataclasses import replace
 
 import numpy as np
-from scipy import linalg, optimize
 
 from gtao.errors import FitError
 
 from .constraints import ConstraintSet, constraint_set
 from .forms import Polynomial, Rational, coefficients_of_cubics, fitted_form
-from .moments import Lattice, Moments
+from .lattice import Lattice
+from .moments import Moments
+from .quadratic import definite, quadratic, quadratics
 
-__all__ = ["CUBIC", "UNDETERMINED", "Solver", "quadratic"]
+__all__ = ["CUBIC", "Solver"]
 
 #: The cubic of one albedo: a, b, c of ((aV + b)V + c)V.
 CUBIC = Polynomial("cubic", (((0, 0, 0, 1), 0), ((0, 0, 1, 0), 0), ((0, 1, 0, 0), 0)), (0, 0, 0, 0))
 
-#: Normal matrices whose extreme eigenvalues, after scaling to unit diagonal, differ by more determine
-#: nothing.
-MAX_CONDITION = 1e10
-
-#: Largest violation of an inequality that counts as rounding.
-FEASIBLE = 1e-9
-
-MAX_ROUNDS = 50
 MAX_STEPS = 60
 
 #: Step of the coefficients at which Gauss-Newton stops: far below any standard error.
 CONVERGED = 1e-9
-
-
-def quadratic(A: np.ndarray, b: np.ndarray, constraints: ConstraintSet) -> np.ndarray:
-    """Minimise θᵀAθ/2 - bᵀθ subject to E θ = d, G θ ≥ h.
-
-    Equations are solved away, the rest is a least-distance program, solved by non-negative least squares
-    (Lawson and Hanson 1974, ch. 23) on the few inequalities that were found violated; more are added until
-    none is.
-
-    Args:
-        A: Positive definite on the null space of E, (P, P).
-        b: (P,).
-        constraints: E, d, G, h.
-
-    Returns:
-        θ, (P,).
-
-    Raises:
-        FitError: A is not positive definite there, or the constraints contradict each other.
-    """
-    start, null = _equations(constraints, len(b))
-    reduced = null.T @ A @ null
-    if not _definite(reduced[None])[0]:
-        raise FitError(UNDETERMINED)
-    factor = np.linalg.cholesky(reduced)
-    centre = linalg.cho_solve((factor, True), null.T @ (b - A @ start))
-    theta = start + null @ centre
-    slack = constraints.G @ theta - constraints.h
-    if slack.size == 0 or slack.min() >= -FEASIBLE:
-        return theta
-    # Coordinates in which the objective is the squared length: t = centre + L^-T x.
-    rows = linalg.solve_triangular(factor, (constraints.G @ null).T, lower=True).T
-    used = np.zeros(len(slack), bool)
-    for _ in range(MAX_ROUNDS):
-        worst = np.argsort(slack)[:4]
-        used[worst[slack[worst] < -FEASIBLE]] = True
-        x = _least_distance(
-            rows[used], -(constraints.G[used] @ (start + null @ centre) - constraints.h[used])
-        )
-        theta = start + null @ (centre + linalg.solve_triangular(factor, x, lower=True, trans="T"))
-        slack = constraints.G @ theta - constraints.h
-        if slack.min() >= -FEASIBLE:
-            return theta
-    raise FitError("the constraints leave no room for a solution; drop one of them")
-
-
-UNDETERMINED = (
-    "the data do not determine the coefficients: visibility takes too few values, or its noise is as large "
-    "as its spread; add scenes or paths per pixel, or fit a form with fewer parameters"
-)
-
-
-def _least_distance(G: np.ndarray, h: np.ndarray) -> np.ndarray:
-    """The shortest x with G x ≥ h."""
-    scale = np.maximum(np.linalg.norm(G, axis=1), 1e-300)
-    E = np.vstack([(G / scale[:, None]).T, h / scale])
-    f = np.zeros(len(E))
-    f[-1] = 1.0
-    residual = E @ optimize.nnls(E, f)[0] - f
-    if -residual[-1] < 1e-14:
-        raise FitError("the constraints contradict each other; drop one of them")
-    return -residual[:-1] / residual[-1]
-
-
-def _equations(constraints: ConstraintSet, n: int) -> tuple[np.ndarray, np.ndarray]:
-    """A solution of E θ = d and a basis of the null space of E."""
-    if len(constraints.d) == 0:
-        return np.zeros(n), np.eye(n)
-    return np.linalg.lstsq(constraints.E, constraints.d)[0], linalg.null_space(constraints.E)
-
-
-def _definite(A: np.ndarray) -> np.ndarray:
-    """Which of the matrices (D, P, P) are safely positive definite."""
-    diagonal = np.einsum("dii->di", A)
-    positive = np.all(diagonal > 0, axis=1)
-    scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
-    values = np.linalg.eigvalsh(A * scale[:, :, None] * scale[:, None, :])
-    return positive & (values[:, 0] > values[:, -1] / MAX_CONDITION)
 
 
 class Solver:
@@ -127,16 +42,12 @@ class Solver:
         ConfigError: Unknown form or constraint.
     """
 
-    def __init__(
-        self, form: str, constraints: tuple[str, ...], *, two_step: bool = False, naive: bool = False
-    ) -> None:
+    def __init__(self, form: str, constraints: tuple[str, ...], *, two_step: bool = False, naive: bool = False) -> None:
         self.form = fitted_form(form)
         self.constraints = constraint_set(self.form, constraints)
         self.two_step = two_step
         self.naive = naive
-        self._cubic = constraint_set(
-            CUBIC, tuple(c for c in constraints if c in ("zero_at_zero", "unit_at_one"))
-        )
+        self._cubic = constraint_set(CUBIC, tuple(c for c in constraints if c in ("zero_at_zero", "unit_at_one")))
 
     def solve(self, moments: Moments, weights: np.ndarray) -> np.ndarray:
         """Coefficients for each weighting.
@@ -158,8 +69,7 @@ class Solver:
     def cubics(self, moments: Moments, weights: np.ndarray) -> np.ndarray:
         """a, b, c of the cubic of each albedo alone, (D, R, 3): the first step of the published procedure."""
         per_albedo = [
-            self._polynomial(CUBIC, self._cubic, moments, weights, slice(r, r + 1))
-            for r in range(len(moments.albedos))
+            self._polynomial(CUBIC, self._cubic, moments, weights, slice(r, r + 1)) for r in range(len(moments.albedos))
         ]
         return np.stack(per_albedo, axis=1)
 
@@ -174,7 +84,7 @@ class Solver:
         A = np.einsum("jrp,dpq,krq->djk", design, hankel, design, optimize=True)
         rest = np.tensordot(weights, cross, axes=1) - (hankel @ np.array(form.offset))[:, None, :]
         b = np.einsum("jrp,drp->dj", design, rest)
-        return _solve_all(A, b, constraints)
+        return quadratics(A, b, constraints)
 
     def resolve(self, moments: Moments, weights: np.ndarray, theta: np.ndarray) -> np.ndarray:
         """As :meth:`solve`, for weightings near the one that gave ``theta``: cheap enough for a bootstrap.
@@ -186,8 +96,8 @@ class Solver:
             return self.solve(moments, weights)
         gradient, hessian, newton = _derivatives(self.form, self._sums(moments), moments.albedos, theta)
         hessians, newtons = np.tensordot(weights, hessian, axes=1), np.tensordot(weights, newton, axes=1)
-        hessians = np.where(_definite(newtons)[:, None, None], newtons, hessians)
-        return _solve_all(hessians, hessians @ theta - weights @ gradient, self.constraints)
+        hessians = np.where(definite(newtons)[:, None, None], newtons, hessians)
+        return quadratics(hessians, hessians @ theta - weights @ gradient, self.constraints)
 
     def _sums(self, moments: Moments) -> list[Lattice]:
         return [replace(moments.lattices[0], factor=1.0)] if self.naive else list(moments.lattices)
@@ -197,49 +107,29 @@ class Solver:
         theta = []
         for w in weights:
             pooled = [
-                replace(x, weight=w[None] @ x.weight, target=np.tensordot(w[None], x.target, axes=1))
-                for x in sums
+                replace(x, weight=w[None] @ x.weight, target=np.tensordot(w[None], x.target, axes=1)) for x in sums
             ]
             theta.append(_gauss_newton(form, self.constraints, pooled, moments.albedos))
         return np.array(theta)
 
 
-def _solve_all(A: np.ndarray, b: np.ndarray, constraints: ConstraintSet) -> np.ndarray:
-    """:func:`quadratic` for many (A, b): only those that violate an inequality are solved one by one."""
-    start, null = _equations(constraints, b.shape[1])
-    reduced = null.T @ A @ null
-    good = _definite(reduced)
-    theta = np.full(b.shape, np.nan)
-    right = (b[good] - A[good] @ start) @ null
-    theta[good] = start + np.linalg.solve(reduced[good], right[..., None])[..., 0] @ null.T
-    if len(constraints.h):
-        worst = np.min(theta @ constraints.G.T - constraints.h, axis=1)
-        for i in np.flatnonzero(worst < -FEASIBLE):
-            theta[i] = quadratic(A[i], b[i], constraints)
-    return theta
-
-
-def _gauss_newton(
-    form: Rational, constraints: ConstraintSet, sums: list[Lattice], albedos: np.ndarray
-) -> np.ndarray:
+def _gauss_newton(form: Rational, constraints: ConstraintSet, sums: list[Lattice], albedos: np.ndarray) -> np.ndarray:
     """Least squares of a rational form on one cluster; NaN if the data do not determine it."""
     theta = np.array(form.start)
     value = _objective(form, sums, albedos, theta)
     for _ in range(MAX_STEPS):
         gradient, hessian, _ = _derivatives(form, sums, albedos, theta)
-        if not _definite(hessian)[0]:
+        if not definite(hessian)[0]:
             return np.full(theta.shape, np.nan)
         step = quadratic(hessian[0], hessian[0] @ theta - gradient[0], constraints) - theta
         if np.abs(step).max() < CONVERGED:
             return theta
-        scale = 1.0
-        while scale > CONVERGED and _objective(form, sums, albedos, theta + scale * step) > value:
-            scale /= 2
-        theta = theta + scale * step
-        value = _objective(form, sums, albedos, theta)
-    raise FitError(
-        f"form {form.name!r} did not converge in {MAX_STEPS} Gauss-Newton steps; add paths per pixel"
-    )
+        while (shorter := _objective(form, sums, albedos, theta + step)) >= value:
+            step = step / 2
+            if np.abs(step).max() < CONVERGED:
+                return theta  # no descent is left but rounding
+        theta, value = theta + step, shorter
+    raise FitError(f"form {form.name!r} did not converge in {MAX_STEPS} Gauss-Newton steps; add paths per pixel")
 
 
 def _objective(form: Rational, sums: list[Lattice], albedos: np.ndarray, theta: np.ndarray) -> float:

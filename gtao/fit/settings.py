@@ -1,0 +1,76 @@
+"""What is asked of a multi-bounce fit, checked before anything is computed."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gtao.errors import ConfigError
+
+from .constraints import CONSTRAINTS
+from .forms import Polynomial, fitted_form
+from .samples import Samples
+
+__all__ = ["REPORT_ALBEDOS", "FitSettings", "check"]
+
+#: Albedos of Jimenez et al. 2016.
+REPORT_ALBEDOS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.7, 0.9)
+
+PROCEDURES = ("joint", "two-step")
+WEIGHTINGS = ("scene", "pixel", "uniform")
+
+#: What a cubic of one albedo can hold; the inequalities tie the albedos together.
+TWO_STEP_CONSTRAINTS = {"zero_at_zero", "unit_at_one"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class FitSettings:
+    """The arguments of :func:`gtao.fit.multibounce`, which explains them."""
+
+    form: str = "linear_cubic"
+    bounces: float = 4
+    albedos: tuple[float, ...] = REPORT_ALBEDOS
+    procedure: str = "joint"
+    constraints: tuple[str, ...] = ("unit_at_one",)
+    weighting: str = "scene"
+    n_bootstrap: int = 1000
+    level: float = 0.95
+    seed: int = 0
+
+
+def check(samples: Samples, settings: FitSettings) -> FitSettings:
+    """Check settings against each other and against the samples.
+
+    Returns:
+        The settings with plain numbers in them.
+
+    Raises:
+        ConfigError: A value outside its range, or a combination that makes no sense.
+    """
+    form = fitted_form(settings.form)
+    albedos = samples.check(settings.bounces, settings.albedos)
+    if isinstance(settings.constraints, str):
+        raise ConfigError(f"constraints must be a tuple of names, got the string {settings.constraints!r}")
+    unknown = [name for name in settings.constraints if name not in CONSTRAINTS]
+    if unknown:
+        raise ConfigError(f"unknown constraint {', '.join(map(repr, unknown))}; choose from {', '.join(CONSTRAINTS)}")
+    for name, choices in (("procedure", PROCEDURES), ("weighting", WEIGHTINGS)):
+        if getattr(settings, name) not in choices:
+            raise ConfigError(f"unknown {name} {getattr(settings, name)!r}; choose one of {', '.join(choices)}")
+    if settings.procedure == "two-step":
+        if settings.form != "linear_cubic":
+            raise ConfigError(f"procedure 'two-step' fits 'linear_cubic' only, got {settings.form!r}; use 'joint'")
+        extra = sorted(set(settings.constraints) - TWO_STEP_CONSTRAINTS)
+        if extra:
+            raise ConfigError(f"procedure 'two-step' cannot hold {', '.join(extra)}; use 'joint'")
+    if isinstance(form, Polynomial) and albedos.size < 2:
+        raise ConfigError(f"form {settings.form!r} needs at least 2 albedos, got {albedos.tolist()}")
+    if settings.n_bootstrap < 0 or settings.n_bootstrap == 1:
+        raise ConfigError(f"n_bootstrap must be 0 (none) or at least 2, got {settings.n_bootstrap}")
+    if not 0 < settings.level < 1:
+        raise ConfigError(f"level must lie in (0, 1), got {settings.level}; 0.95 is usual")
+    return replace(
+        settings,
+        bounces=float(settings.bounces),
+        albedos=tuple(np.asarray(albedos).tolist()),
+        constraints=tuple(settings.constraints),
+    )
