@@ -9,9 +9,11 @@ from .scene import SceneSamples
 from .scoring import Score
 from .settings import REPORT_ALBEDOS, FitSettings
 from .table import FormScore, FormTable
-from .validation import compare_forms
+from .validation import FLOOR, PUBLISHED, compare_forms
 
 __all__ = [
+    "FLOOR",
+    "PUBLISHED",
     "REPORT_ALBEDOS",
     "Diagnostics",
     "FitSettings",
