@@ -18,6 +18,16 @@ REPORT_ALBEDOS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.7, 0.9)
 PROCEDURES = ("joint", "two-step")
 WEIGHTINGS = ("scene", "pixel", "uniform")
 
+LABELS = {
+    "linear_cubic": "linear cubic",
+    "four_parameter": "four parameters",
+    "one_parameter": "one parameter",
+    "two_parameter": "two parameters",
+    "above_visibility": "f ≥ V",
+    "monotone": "monotone",
+    "energy": "energy bound",
+}
+
 #: What a cubic of one albedo can hold; the inequalities tie the albedos together.
 TWO_STEP_CONSTRAINTS = {"zero_at_zero", "unit_at_one"}
 
@@ -35,6 +45,15 @@ class FitSettings:
     n_bootstrap: int = 1000
     level: float = 0.95
     seed: int = 0
+
+    @property
+    def label(self) -> str:
+        """Form, equations, inequalities and procedure in a few words: the row of a comparison."""
+        parts = [LABELS.get(self.form, self.form)]
+        if self.form == "linear_cubic":  # the others have it built in
+            parts.append("f(1) = 1" if "unit_at_one" in self.constraints else "free")
+        parts += [LABELS[name] for name in CONSTRAINTS if name in self.constraints and name in LABELS]
+        return ", ".join([*parts, "two-step"] if self.procedure == "two-step" else parts)
 
 
 def check(samples: Samples, settings: FitSettings) -> FitSettings:

@@ -32,15 +32,15 @@ PUBLISHED = "published"
 #: Label of the row that shows what no function of V and ρ can be much better than.
 FLOOR = "mean of V' given V"
 
-#: Label, form, procedure and constraints of the fits that are compared.
-CANDIDATES: tuple[tuple[str, str, str, tuple[str, ...]], ...] = (
-    ("linear cubic, f(1) = 1", "linear_cubic", "joint", ("unit_at_one",)),
-    ("linear cubic, f(1) = 1, two-step", "linear_cubic", "two-step", ("unit_at_one",)),
-    ("linear cubic, free", "linear_cubic", "joint", ()),
-    ("linear cubic, free, two-step", "linear_cubic", "two-step", ()),
-    ("four parameters", "four_parameter", "joint", ()),
-    ("one parameter", "one_parameter", "joint", ()),
-    ("two parameters", "two_parameter", "joint", ()),
+#: Form, procedure and constraints of the fits that are always compared.
+CANDIDATES: tuple[tuple[str, str, tuple[str, ...]], ...] = (
+    ("linear_cubic", "joint", ("unit_at_one",)),
+    ("linear_cubic", "two-step", ("unit_at_one",)),
+    ("linear_cubic", "joint", ()),
+    ("linear_cubic", "two-step", ()),
+    ("four_parameter", "joint", ()),
+    ("one_parameter", "joint", ()),
+    ("two_parameter", "joint", ()),
 )
 
 #: Bins of V of the mean of V' given V, drawn as straight lines through the means of the bins: no function of
@@ -56,6 +56,7 @@ def compare_forms(
     *,
     albedos: Iterable[float] = REPORT_ALBEDOS,
     weighting: str = "scene",
+    include: FitSettings | None = None,
 ) -> FormTable:
     """Fit every form and score it beside the published coefficients and the closed forms.
 
@@ -64,6 +65,8 @@ def compare_forms(
         bounces: As in :func:`multibounce`.
         albedos: Albedos to fit and score, in (0, 1).
         weighting: As in :func:`multibounce`; it weights the fits, never the scores.
+        include: A fit whose form, procedure and constraints get a row as well, under its
+            :attr:`FitSettings.label`.
 
     Returns:
         One row per form; the published coefficients first, the floor last.
@@ -78,16 +81,11 @@ def compare_forms(
     weighted = cluster_moments(samples, settings.bounces, values, uniform=weighting == "uniform")
     folds = _folds(scene_weights(samples, weighting))
     rows = [_fixed_row(plain, JIMENEZ2016, PUBLISHED)]
-    for label, form, procedure, constraints in CANDIDATES:
-        solver = Solver(form, constraints, two_step=procedure == "two-step")
-        thetas = solver.solve(weighted, folds)
-        if not np.all(np.isfinite(thetas[0])):
-            raise FitError(f"{label}: {UNDETERMINED}")
-        n = solver.form.n_coefficients - len(solver.constraints.d)
-        functions = [_function(form, theta, settings.bounces) for theta in thetas]
-        rows.append(
-            _row(plain, functions, label=label, form=form, n_parameters=n, coefficients=tuple(thetas[0].tolist()))
-        )
+    candidates = [FitSettings(form=f, procedure=p, constraints=c) for f, p, c in CANDIDATES]
+    if include is not None and include.label not in [candidate.label for candidate in candidates]:
+        candidates.insert(0, include)
+    for candidate in candidates:
+        rows.append(_fitted_row(plain, weighted, folds, candidate, settings.bounces))
     if not math.isinf(settings.bounces):
         fit = _fit("sphere_truncated", (settings.bounces,), settings.bounces)
         rows.append(_fixed_row(plain, fit, "sphere, truncated"))
@@ -100,6 +98,23 @@ def compare_forms(
         albedos=settings.albedos,
         scenes=samples.names,
         rows=tuple(_against(row, rows[0], samples.names) for row in rows),
+    )
+
+
+def _fitted_row(
+    plain: Moments, weighted: Moments, folds: np.ndarray, candidate: FitSettings, bounces: float
+) -> FormScore:
+    solver = Solver(candidate.form, candidate.constraints, two_step=candidate.procedure == "two-step")
+    thetas = solver.solve(weighted, folds)
+    if not np.all(np.isfinite(thetas[0])):
+        raise FitError(f"{candidate.label}: {UNDETERMINED}")
+    return _row(
+        plain,
+        [_function(candidate.form, theta, bounces) for theta in thetas],
+        label=candidate.label,
+        form=candidate.form,
+        n_parameters=solver.form.n_coefficients - len(solver.constraints.d),
+        coefficients=tuple(thetas[0].tolist()),
     )
 
 
