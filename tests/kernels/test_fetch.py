@@ -9,8 +9,8 @@ import drjit as dr  # isort: skip
 from gtao.kernels import fetch
 
 
-def linear_at(precision, field, x, y):
-    """view_z of the linear fetch at texel coordinates (centre of column 0 is 0)."""
+def linear_with_point(precision, field, x, y):
+    """view_z of the linear fetch at texel coordinates (centre of column 0 is 0), and where it belongs: (3, n)."""
     height, width = field.view_z.shape
     view_z = precision.Float(field.view_z.ravel().astype(precision.name))
     footprint = 1 / min(field.scale)
@@ -19,7 +19,15 @@ def linear_at(precision, field, x, y):
     got = fetch.linear(
         buffer, precision.lanes(x), precision.lanes(y), width, height, field.orthographic, precision.types
     )
-    return np.array(got, dtype=np.float64)
+    return np.stack([np.array(v, dtype=np.float64) for v in got])
+
+
+def linear_at(precision, field, x, y):
+    """view_z of the linear fetch on a surface without edges, where each point is its own."""
+    z, px, py = linear_with_point(precision, field, x, y)
+    assert px == pytest.approx(x, abs=precision.tolerance)
+    assert py == pytest.approx(y, abs=precision.tolerance)
+    return z
 
 
 def random_coordinates(width, height, n=400, seed=0):
@@ -57,15 +65,24 @@ def test_linear_is_exact_on_orthographic_planes(precision):
 
 @pytest.mark.parametrize("orthographic", [False, True], ids=["perspective", "orthographic"])
 def test_linear_hangs_no_curtain_over_a_depth_edge(precision, orthographic):
-    """Across a step each point has the depth of one of the two sides, on either side the nearest texel's."""
+    """Across a step a point becomes the nearest texel, elsewhere it stays in place; no depth lies in between."""
     field = fields.walls(0.2, 0.3, 2.0, 1.5, n_px=12, pixel=0.1, length_px=12)
     if not orthographic:
         camera = {"width": 12, "height": 12, "fx": 40.0, "fy": 40.0, "cx": 6.0, "cy": 6.0}
         field = fields.Field(field.view_z, field.normal_v, camera, orthographic=False)
     x, y = random_coordinates(12, 12)
-    want = field.view_z[np.round(y).astype(int), np.round(x).astype(int)]
+    column, row = np.round(x).astype(int), np.round(y).astype(int)
+    want = field.view_z[row, column]
     assert len(np.unique(want)) == 3
-    assert linear_at(precision, field, x, y) == pytest.approx(want, rel=precision.tolerance)
+    z, px, py = linear_with_point(precision, field, x, y)
+    assert z == pytest.approx(want, rel=precision.tolerance)
+    cell = np.clip(np.floor(x).astype(int), 0, 10)
+    edge = field.view_z[0, cell] != field.view_z[0, cell + 1]
+    assert 0 < edge.sum() < len(edge)
+    assert np.array_equal(px[edge], column[edge])
+    assert np.array_equal(py[edge], row[edge])
+    assert px[~edge] == pytest.approx(x[~edge], abs=precision.tolerance)
+    assert py[~edge] == pytest.approx(y[~edge], abs=precision.tolerance)
 
 
 def test_linear_falls_back_beside_the_background(precision):
@@ -74,7 +91,7 @@ def test_linear_falls_back_beside_the_background(precision):
     view_z[:5, 6:] = np.inf
     holed = fields.Field(view_z, field.normal_v, field.camera, orthographic=True)
     x, y = random_coordinates(12, 12)
-    got = linear_at(precision, holed, x, y)
+    got, _, _ = linear_with_point(precision, holed, x, y)
     x0, y0 = np.clip(np.floor(x).astype(int), 0, 10), np.clip(np.floor(y).astype(int), 0, 10)
     touches = np.isinf([view_z[y0, x0], view_z[y0, x0 + 1], view_z[y0 + 1, x0], view_z[y0 + 1, x0 + 1]]).any(axis=0)
     nearest = view_z[np.round(y).astype(int), np.round(x).astype(int)]

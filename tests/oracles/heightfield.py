@@ -220,8 +220,8 @@ class _Surface:
         f0 = a + b * xi0 + c * eta0 + d * xi0 * eta0 - w0 - slope * u0
         f1 = a + b * xi1 + c * eta1 + d * xi1 * eta1 - w0 - slope * last
         curvature = d * (xi1 - xi0) * (eta1 - eta0)
-        best = np.maximum(f0, f1)
+        # Open cells make f0 and f1 infinite, flat ones have no vertex.
         with np.errstate(divide="ignore", invalid="ignore"):
             vertex = f0 - (f1 - f0 - curvature) ** 2 / (4 * curvature)
-        interior = (curvature < 0) & (np.abs(f1 - f0) < -curvature)
-        return np.where(interior, vertex, best)
+            interior = (curvature < 0) & (np.abs(f1 - f0) < -curvature)
+        return np.where(interior, vertex, np.maximum(f0, f1))

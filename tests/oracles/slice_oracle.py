@@ -168,6 +168,27 @@ def unoccluded_mean(Gamma: float, n: int, offset: float) -> float:
     return total / n
 
 
+def published_open_mean(N, V, n_azimuth: int = 64, n_polar: int = 32) -> np.ndarray:
+    """Unoccluded visibility that image-uniform slices return for normals N and view directions V, both (..., 3).
+
+    Slice i has the tangent of image azimuth π(i + ½)/n, that is (cos, sin, 0) made orthogonal to V, and the inner
+    integral runs over its whole arc in the hemisphere of N, by Gauss-Legendre quadrature split at θ = 0.
+    """
+    N, V = unit(N)[..., None, :], unit(V)[..., None, :]
+    phi = np.pi * (np.arange(n_azimuth) + 0.5) / n_azimuth
+    D = np.stack([np.cos(phi), np.sin(phi), np.zeros_like(phi)], axis=-1)
+    T = unit(D - np.sum(D * V, axis=-1, keepdims=True) * V)
+    nV, nT = np.sum(N * V, axis=-1), np.sum(N * T, axis=-1)
+    gamma = np.arctan2(nT, nV)
+    x, w = np.polynomial.legendre.leggauss(n_polar)
+    total = 0.0
+    for end in (gamma - np.pi / 2, gamma + np.pi / 2):
+        theta = 0.5 * end[..., None] * (1 + x)
+        weight = 0.5 * np.abs(end)[..., None] * w * np.abs(np.sin(theta))
+        total = total + np.sum(weight * (nV[..., None] * np.cos(theta) + nT[..., None] * np.sin(theta)), axis=-1)
+    return total.mean(axis=-1)
+
+
 def slice_density_cdf(Gamma: float, phi: float) -> float:
     """∫_0^φ of the slice density: the unoccluded cosine-weighted slice integral divided by π."""
 
