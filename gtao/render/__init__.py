@@ -6,6 +6,7 @@ The first call sets a Mitsuba variant unless one is set already: ``cuda_ad_rgb``
 
 from . import scenes
 from .aov import gbuffer_from_aov
+from .fingerprint import fingerprint
 from .gbuffer import gbuffer
 from .loading import load_scene
 from .sensor import camera_from_sensor
@@ -16,6 +17,7 @@ __all__ = [
     "Transport",
     "Visibility",
     "camera_from_sensor",
+    "fingerprint",
     "gbuffer",
     "gbuffer_from_aov",
     "load_scene",

@@ -6,8 +6,9 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from ..errors import ImageError, ShapeError
-from ..gbuffer import GBuffer
+from gtao.errors import ImageError, ShapeError
+from gtao.gbuffer import GBuffer
+
 from .sensor import camera_from_sensor
 from .variant import ensure_variant
 

@@ -5,8 +5,9 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 
-from ..errors import SceneError
-from ..gbuffer import GBuffer
+from gtao.errors import SceneError
+from gtao.gbuffer import GBuffer
+
 from .loading import select_sensor
 from .primary import PrimaryHits, shoot
 from .variant import ensure_variant
@@ -53,5 +54,6 @@ def _albedo(hits: PrimaryHits) -> Any:
     bsdf = hits.si.bsdf()
     # Without a diffuse lobe Mitsuba answers with the specular peak, which is no albedo.
     diffuse = hits.valid & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Diffuse)
-    value = mi.Color3f(bsdf.eval_diffuse_reflectance(hits.si, diffuse))
+    value = bsdf.eval_diffuse_reflectance(hits.si, diffuse)
+    value = mi.Color3f(value[0]) if mi.is_monochromatic else mi.Color3f(value)
     return dr.select(diffuse, dr.clip(value, 0, 1), 0)

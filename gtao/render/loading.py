@@ -7,7 +7,8 @@ from typing import Any
 
 import mitsuba as mi
 
-from ..errors import SceneError
+from gtao.errors import SceneError
+
 from . import scenes
 from .variant import ensure_variant
 
@@ -52,8 +53,7 @@ def _load_text(source: str, resolution: Resolution | None) -> Any:
     if path.suffix or path.exists() or os.sep in source:
         return _resized(_load_path(path), resolution)
     raise SceneError(
-        f"no embedded scene is called {source!r}; "
-        f"give a Mitsuba .xml file or one of: {', '.join(scenes.names())}"
+        f"no embedded scene is called {source!r}; give a Mitsuba .xml file or one of: {', '.join(scenes.names())}"
     )
 
 
@@ -77,9 +77,7 @@ def load_scene(source: Any, *, resolution: Resolution | None = None) -> Any:
     ensure_variant()
     if isinstance(source, mi.Scene):
         if resolution is not None:
-            raise SceneError(
-                "resolution cannot change a loaded scene; set the film size of its sensors instead"
-            )
+            raise SceneError("resolution cannot change a loaded scene; set the film size of its sensors instead")
         return source
     if isinstance(source, str):
         return _load_text(source, resolution)
@@ -87,17 +85,13 @@ def load_scene(source: Any, *, resolution: Resolution | None = None) -> Any:
         return _resized(_load_path(Path(source)), resolution)
     if isinstance(source, Mapping):
         return _resized(_load(mi.load_dict, "scene dictionary", dict(source)), resolution)
-    raise SceneError(
-        f"a scene is a path, a name, a dictionary or a mitsuba.Scene, got {type(source).__name__}"
-    )
+    raise SceneError(f"a scene is a path, a name, a dictionary or a mitsuba.Scene, got {type(source).__name__}")
 
 
 def _target_size(resolution: Resolution, crop: list[int]) -> list[int]:
-    sides = (resolution,) if isinstance(resolution, int) else tuple(resolution)
+    sides = tuple(resolution) if isinstance(resolution, tuple | list) else (resolution,)
     if len(sides) not in (1, 2) or not all(isinstance(side, int) and side > 0 for side in sides):
-        raise SceneError(
-            f"resolution must be a positive number of pixels or (width, height), got {resolution!r}"
-        )
+        raise SceneError(f"resolution must be a positive number of pixels or (width, height), got {resolution!r}")
     if len(sides) == 2:
         return list(sides)
     return [max(1, round(sides[0] * side / max(crop))) for side in crop]

@@ -7,7 +7,8 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from ..errors import ConfigError, SceneError
+from gtao.errors import ConfigError, SceneError
+
 from .sensor import camera_from_sensor, pixel_centre_rays, rotation
 
 __all__ = ["PrimaryHits", "facing_normal", "match_gbuffer", "shoot"]
@@ -52,7 +53,8 @@ class PrimaryHits:
         sensor, camera, view_to_world: as in :func:`gtao.render.camera_from_sensor`.
         si: Mitsuba's surface interaction.
         valid: where there is a surface.
-        normal_w: unit world normal that faces the camera.
+        normal_w: unit world normal of the kind asked for, facing the camera.
+        n_geo_w: the geometric one, facing the camera.
         view_z: distance along the optical axis, inf where there is no surface.
     """
 
@@ -62,6 +64,7 @@ class PrimaryHits:
     si: Any
     valid: Any
     normal_w: Any
+    n_geo_w: Any
     view_z: Any
 
     @property
@@ -87,6 +90,7 @@ def shoot(scene: Any, sensor: Any, normals: str = "shading") -> PrimaryHits:
         si=si,
         valid=valid,
         normal_w=facing_normal(si, ray.d, normals),
+        n_geo_w=facing_normal(si, ray.d, "geometric"),
         view_z=dr.select(valid, view_z, dr.inf),
     )
 
@@ -99,8 +103,7 @@ def match_gbuffer(hits: PrimaryHits, g: Any) -> tuple[Any, Any]:
     """
     if g.shape != hits.camera.shape:
         raise SceneError(
-            f"the G-buffer is {g.shape[1]}x{g.shape[0]} pixels,"
-            f" the sensor {hits.camera.width}x{hits.camera.height}"
+            f"the G-buffer is {g.shape[1]}x{g.shape[0]} pixels, the sensor {hits.camera.width}x{hits.camera.height}"
         )
     view_z = np.asarray(g.view_z.numpy(), dtype=np.float32).ravel()
     expected = hits.view_z.numpy()

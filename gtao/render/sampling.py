@@ -11,7 +11,7 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 
-from ..errors import ConfigError
+from gtao.errors import ConfigError
 
 __all__ = ["batch_key", "check_sampling", "point", "stream_key"]
 

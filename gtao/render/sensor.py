@@ -10,8 +10,8 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from ..camera import OrthographicCamera, PerspectiveCamera
-from ..errors import SceneError
+from gtao.camera import OrthographicCamera, PerspectiveCamera
+from gtao.errors import SceneError
 
 __all__ = ["camera_from_sensor", "pixel_centre_rays", "rotation"]
 
@@ -29,13 +29,9 @@ def _frame(sensor: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         raise SceneError("the sensor's to_world is singular")
     axes = matrix[:3, :3] / scale
     if np.abs(axes.T @ axes - np.eye(3)).max() > ORTHOGONALITY:
-        raise SceneError(
-            "the sensor's to_world shears the image; use rotations, translations and (orthographic) scale"
-        )
+        raise SceneError("the sensor's to_world shears the image; use rotations, translations and (orthographic) scale")
     if np.linalg.det(axes) < 0:
-        raise SceneError(
-            "the sensor's to_world mirrors the image (negative determinant); remove the negative scale"
-        )
+        raise SceneError("the sensor's to_world mirrors the image (negative determinant); remove the negative scale")
     return axes, scale, matrix[:3, 3]
 
 

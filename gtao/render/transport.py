@@ -11,7 +11,8 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from ..errors import ConfigError
+from gtao.errors import ConfigError
+
 from .chunks import Progress, chunks
 from .edges import depth_edges
 from .loading import select_sensor

@@ -8,8 +8,9 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from .. import display
-from ..errors import ConfigError
+from gtao import display
+from gtao.errors import ConfigError
+
 from .chunks import Progress, chunks
 from .loading import select_sensor
 from .primary import check_normals, shoot
@@ -53,9 +54,7 @@ class Visibility:
 
     def __repr__(self) -> str:
         height, width = self.mean.shape
-        return (
-            f"Visibility({width}x{height}, {self.count} rays per pixel, max_distance={self.max_distance:g})"
-        )
+        return f"Visibility({width}x{height}, {self.count} rays per pixel, max_distance={self.max_distance:g})"
 
 
 def visibility(
@@ -73,8 +72,9 @@ def visibility(
 ) -> Visibility:
     """Trace cosine-distributed rays from the surface behind every pixel centre.
 
-    Every shape occludes, whatever its BSDF or emission. Start points are found anew in the scene, so a
-    rounded depth in ``g`` does no harm; directions are drawn about the normals of ``g``.
+    Every shape occludes, whatever its BSDF or emission, and so does the surface itself where a normal leans so
+    far that directions about it point below the geometric surface. Start points are found anew in the scene, so
+    a rounded depth in ``g`` does no harm; directions are drawn about the normals of ``g``.
 
     Args:
         scene: ``mitsuba.Scene``; see :func:`gtao.render.load_scene`.
@@ -146,7 +146,8 @@ def _trace(
     def body(index: Any, count: Any, total: Any) -> tuple:
         ray = spawn(start.position, start.n_geo, start.normal, point(stream, mi.UInt32(0), index))
         ray.maxt = reach
-        visible = ~scene.ray_test(ray, coherent=False)
+        above = dr.dot(ray.d, start.n_geo) > 0
+        visible = above & ~scene.ray_test(ray, coherent=False, active=above)
         if sum_directions:
             total = total + dr.select(visible, ray.d, 0)
         return index + 1, count + dr.select(visible, mi.UInt32(1), 0), total

@@ -5,9 +5,9 @@ import contextlib
 import drjit as dr
 import mitsuba as mi
 
-from .. import backend
-from .._llvm import MINIMUM_MAJOR
-from ..errors import BackendError
+from gtao import backend
+from gtao._llvm import MINIMUM_MAJOR
+from gtao.errors import BackendError
 
 __all__ = ["ensure_variant"]
 

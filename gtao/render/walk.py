@@ -19,7 +19,7 @@ class Origins:
     Attributes:
         pixel: flat index ``y * width + x``.
         position: world space.
-        n_geo: geometric normal, for the offset of rays.
+        n_geo: geometric normal that faces the camera.
         normal: world normal that directions are drawn about.
     """
 
@@ -43,10 +43,7 @@ def origins(hits: PrimaryHits, g: Any = None) -> Origins:
         pixel = mi.UInt32(np.empty(0, dtype=np.uint32))
         return Origins(pixel, mi.Point3f(), mi.Normal3f(), mi.Normal3f())
     pixel = dr.compress(valid)
-    values = (
-        dr.gather(type(v), v, pixel)
-        for v in (mi.Point3f(hits.si.p), mi.Normal3f(hits.si.n), mi.Normal3f(normal))
-    )
+    values = (dr.gather(type(v), v, pixel) for v in (mi.Point3f(hits.si.p), hits.n_geo_w, normal))
     start = Origins(pixel, *values)
     dr.eval(vars(start))
     return start
