@@ -2,7 +2,9 @@
 
 import contextlib
 import errno
+import hashlib
 import os
+import platform
 import secrets
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,6 +12,8 @@ from pathlib import Path
 from gtao.errors import GtaoError, ImageError
 
 __all__ = ["atomic_path", "ensure_writable", "write_text"]
+
+_MACHINE = hashlib.sha256(platform.node().encode()).hexdigest()[:8]
 
 _REASONS = {
     errno.EACCES: ("permission denied", "choose another place or make the folder writable"),
@@ -39,11 +43,13 @@ def _process_runs(pid: int) -> bool:
 
 
 def _remove_abandoned(path: Path) -> None:
-    """Drop what killed writers of the same file left behind."""
-    for other in path.parent.glob(f".{path.name}.*.partial*"):
-        pid = other.name[len(path.name) + 2 :].split("-")[0]
-        if pid.isdigit() and not _process_runs(int(pid)):
-            other.unlink(missing_ok=True)
+    """Drop what killed writers of the same file left behind; those of other machines cannot be asked."""
+    start = f".{path.name}.{_MACHINE}-"
+    for other in path.parent.iterdir():
+        if other.name.startswith(start) and ".partial" in other.name:
+            pid = other.name[len(start) :].split("-")[0]
+            if pid.isdigit() and not _process_runs(int(pid)):
+                other.unlink(missing_ok=True)
 
 
 def _sync(path: Path) -> None:
@@ -68,7 +74,8 @@ def _prepare(path: str | os.PathLike, error: type[GtaoError]) -> tuple[Path, Pat
             raise PermissionError(errno.EACCES, "permission denied")
         target.parent.mkdir(parents=True, exist_ok=True)
         _remove_abandoned(target)
-        partial = target.with_name(f".{target.name}.{os.getpid()}-{secrets.token_hex(4)}.partial{target.suffix}")
+        unique = f"{_MACHINE}-{os.getpid()}-{secrets.token_hex(4)}"
+        partial = target.with_name(f".{target.name}.{unique}.partial{target.suffix}")
         os.close(os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
     except OSError as cause:
         if isinstance(cause, GtaoError):

@@ -32,6 +32,10 @@ MEDIAN_NORMAL = 0.8
 #: Median cosine between stored and depth-derived normals. Right buffers reach 0.95 and more, thin rigging
 #: too; transposed matrices, swapped axes and cameras that look along +z give less than 0.7 or go negative.
 LEAST_AGREEMENT = 0.75
+#: Camera frames of other programs, as signs of x, y, z. Floors fit several of them, hence their own test.
+OTHER_FRAMES = {"along +z with +y up": (-1, 1, -1), "along +z with +y down": (1, -1, -1)}
+#: Mean |cosine| that another frame must win by. A right frame always wins against these.
+CLEARLY_BETTER = 0.05
 
 
 def rotation_of(to_view: Any) -> np.ndarray:
@@ -158,7 +162,15 @@ def check_agreement(path: Any, n: np.ndarray, plain: GBuffer) -> None:
     surface = plain.mask.numpy()
     if not surface.any():
         return
-    agreement = float(np.median((n * plain.normal_v.numpy()).sum(-1)[surface]))
+    products = (n * plain.normal_v.numpy())[surface]
+    agreement = float(np.median(products.sum(-1)))
+    mean = np.abs(products.sum(-1)).mean()
+    for camera, signs in OTHER_FRAMES.items():
+        if np.abs(products @ np.array(signs, dtype=np.float32)).mean() > mean + CLEARLY_BETTER:
+            raise ShapeError(
+                f"the normals of {path} would fit its depth with diag{signs} @ to_view: that camera looks {camera},"
+                " ours along -z with +y up"
+            )
     if agreement < LEAST_AGREEMENT:
         raise ShapeError(
             f"the normals of {path} contradict its depth (median cosine {agreement:.2f}); check to_view"

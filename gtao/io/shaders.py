@@ -94,8 +94,9 @@ def _bounded(L: _Language, value: str) -> list[str]:
     """Between single-bounce visibility and the energy bound visibility + albedo (1 - visibility)."""
     one = L.number(1)
     return [
+        L.colour("bounced", value),
         L.colour("bound", f"visibility + albedo * ({one} - visibility)"),
-        f"return {L.min(L.max(value, L.splat.format('visibility')), 'bound')};",
+        f"return {L.min(L.max('bounced', L.splat.format('visibility')), 'bound')};",
     ]
 
 
@@ -183,7 +184,7 @@ def _comment(fit: MultibounceFit, formula: str, bounded: bool) -> list[str]:
     ]
     if bounded:
         lines.append("Kept between V and the energy bound V + p (1 - V).")
-    lines.append(f"Fitted for {bounces}, counting the visible point. Source: {' '.join(fit.source.split())}")
+    lines.append(f"For {bounces}, counting the visible point. Source: {' '.join(fit.source.split())}")
     for i, (name, value) in enumerate(zip(fit.names, fit.coefficients, strict=True)):
         line = f"  {name} = {value:.9g}"
         if fit.standard_errors is not None:
