@@ -21,12 +21,12 @@ def depth_edges(hits: Any) -> np.ndarray:
     view_z = hits.view_z.numpy().reshape(height, width).astype(np.float64)
     surface = np.isfinite(view_z)
     z = np.where(surface, view_z, 1.0)
-    scale = 1.0 if camera.is_orthographic else z
+    scale = np.ones_like(z) if camera.is_orthographic else z
     x = (np.arange(width) + 0.5 - camera.cx) / camera.fx
     y = (camera.cy - np.arange(height) - 0.5) / camera.fy
     P = np.stack([x[None, :] * scale, y[:, None] * scale, -z], axis=-1)
     n = hits.normal_v.numpy().T.reshape(height, width, 3).astype(np.float64)
-    spacing = scale / min(camera.fx, camera.fy) * np.ones_like(z)
+    spacing = scale / min(camera.fx, camera.fy)
 
     edge = np.zeros((height, width), dtype=bool)
     for axis in (0, 1):
