@@ -13,11 +13,14 @@ from .samples import Samples
 
 __all__ = ["Diagnostics", "diagnose"]
 
-#: Cells per axis of the density of (V, V'): finer than the noise of one pixel at 256 paths, coarse enough to fill.
-DENSITY_CELLS = 80
+#: Most cells of V in the density: finer than the noise of one pixel at 256 paths, coarse enough to fill.
+DENSITY_CELLS = 64
 
-#: Bins of V of the residuals and of the coverage.
-VISIBILITY_BINS = 20
+#: Cells of V' in the density.
+TARGET_CELLS = 80
+
+#: Bins of V of the residuals and of the coverage. V is a multiple of 1/paths: a power of two keeps bins equally full.
+VISIBILITY_BINS = 16
 
 #: Share of a scene's pixels below which the mean of a bin is noise and is masked.
 MIN_SHARE = 0.002
@@ -35,7 +38,7 @@ class Diagnostics:
         scenes: Names, S of them.
         visibility: Abscissa of the curves, (G,), from 0 to 1.
         curves: V' of each function by its name, (R, G): "refit", "published" and "closed form".
-        density: Share of the pixels per cell of V and V', (R, cells, cells), indexed [albedo, V, V']; scenes count
+        density: Share of the pixels per cell of V and V', (R, cells of V, cells of V'); scenes count
             the same. Noise is not taken out.
         bins: Edges of the bins of V, (bins + 1,).
         coverage: Share of the pixels of each scene in each bin, (S, bins).
@@ -68,12 +71,14 @@ def diagnose(samples: Samples, result: MultibounceResult) -> Diagnostics:
     grid = np.linspace(0, 1, CURVE_POINTS)
     functions = {"refit": result.fit, "published": JIMENEZ2016, "closed form": _closed_form(bounces)}
     curves = {name: evaluate(fit, grid, albedos[:, None]) for name, fit in functions.items()}
-    density = np.zeros((len(albedos), DENSITY_CELLS, DENSITY_CELLS))
+    # As many cells as divide the levels of V evenly, or there would be stripes.
+    cells = max(n for n in range(1, DENSITY_CELLS + 1) if samples.scenes[0].spp % n == 0)
+    density = np.zeros((len(albedos), cells, TARGET_CELLS))
     coverage, residuals = [], []
     for scene in samples.scenes:
         V, target = scene.visibility, scene.target(bounces, albedos)
         for r in range(len(albedos)):
-            counts = np.histogram2d(V, target[r], DENSITY_CELLS, ((0, 1), (0, 1)))[0]
+            counts = np.histogram2d(V, target[r], (cells, TARGET_CELLS), ((0, 1), (0, 1)))[0]
             density[r] += counts / scene.n_pixels / len(samples.scenes)
         index = np.minimum((V * VISIBILITY_BINS).astype(int), VISIBILITY_BINS - 1)
         share = np.bincount(index, minlength=VISIBILITY_BINS) / scene.n_pixels
