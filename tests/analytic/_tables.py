@@ -13,7 +13,7 @@ import gtao  # noqa: F401  (before anything that imports Dr.Jit)
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from analytic._frames import occlusion
+from analytic._frames import frame, occlusion
 from oracles import closed_forms, fields, heightfield, slice_oracle
 
 TILTS = (0, 20, 40, 60, 80)
@@ -45,6 +45,23 @@ def open_plane(tilt, **options) -> np.ndarray:
 def open_plane_published(tilt) -> np.ndarray:
     """What the published measure must return for the same windows, by quadrature."""
     return np.array([slice_oracle.published_open_mean(f.normal_v, f.view_dirs()).mean() for f in open_planes(tilt)])
+
+
+def normal_errors(field, dtype=np.float64) -> np.ndarray:
+    """Angle in radians between the normals that gtao derives from the depth and the true ones, per pixel."""
+    got = frame(field, dtype, normals=False).normal_v.numpy()
+    return 2 * np.arcsin(np.clip(np.linalg.norm(got - field.normal_v, axis=-1) / 2, 0, 1))
+
+
+#: Fields whose derived normals are compared with the true ones.
+NORMALS = {
+    "plane, 60° tilt, perspective": lambda: fields.tilted_plane(np.radians(60), 1.0, (0.5, -0.4)),
+    "trench": lambda: fields.walls(0.5, 1.0, 1.0, 1.5, n_px=60, pixel=0.05, length_px=20),
+    "groove": lambda: fields.groove(0.8, 1.2, n_px=60, pixel=0.05, length_px=20),
+    "bowl": lambda: fields.bowl(1.0, 0.8, n_px=64, pixel=2.2 / 64),
+    "waves, 64 pixels": lambda: fields.in_perspective(fields.waves(0.2, 3.0), size=64),
+    "waves, 256 pixels": lambda: fields.in_perspective(fields.waves(0.2, 3.0), size=256),
+}
 
 
 #: Fields for the comparison with ray marching, smooth enough that interpolation defines one surface.
@@ -155,6 +172,11 @@ def main() -> None:
         ["tilt", *OPEN_PLANE, "published measure, by quadrature"],
         rows,
     )
+    rows = []
+    for name, make in NORMALS.items():
+        values = np.degrees(normal_errors(make(), np.float32))
+        rows.append([name, values.mean(), np.quantile(values, 0.95), values.max()])
+    _table("Normals derived from float32 depth against true ones, degrees", ["field", "mean", "95 %", "largest"], rows)
     rows = []
     for name, radius in product(MARCHED, (np.inf, 0.5)):
         r = against_marching(name, radius)

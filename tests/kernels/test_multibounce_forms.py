@@ -1,6 +1,4 @@
-"""Multi-bounce forms: golden values, definitions, limits, and the public function on images."""
-
-import math
+"""Multi-bounce forms: golden values, definitions, limits."""
 
 import numpy as np
 import pytest
@@ -96,46 +94,3 @@ def test_published_fit_respects_the_energy_bound(case):
     got = gtao.multibounce(np.full((1, 1), inputs["V"], np.float32), inputs["rho"]).numpy()[0, 0]
     assert got <= outputs["upper_bound"] + golden.FLOAT32_TOLERANCE
     assert got == pytest.approx(min(1.0, outputs["clamped"]), abs=golden.FLOAT32_TOLERANCE)
-
-
-def test_image_shapes_and_channels():
-    rng = np.random.default_rng(0)
-    V = rng.uniform(0, 1, (3, 5)).astype(np.float32)
-    albedo = rng.uniform(0, 1, (3, 5, 3)).astype(np.float32)
-    want = np.minimum(1, FORMULAS["linear_cubic"](JIMENEZ, V[..., None].astype(float), albedo.astype(float)))
-    assert gtao.multibounce(V, albedo).numpy() == pytest.approx(want, abs=golden.FLOAT32_TOLERANCE)
-    grey = gtao.multibounce(V, albedo[..., 1]).numpy()
-    assert grey.shape == (3, 5)
-    assert grey == pytest.approx(want[..., 1], abs=golden.FLOAT32_TOLERANCE)
-    one = gtao.multibounce(V, 0.4).numpy()
-    assert one == pytest.approx(
-        np.minimum(1, FORMULAS["linear_cubic"](JIMENEZ, V.astype(float), 0.4)), abs=golden.FLOAT32_TOLERANCE
-    )
-
-
-def test_estimates_above_one_are_clamped():
-    """Single pixels of an unbiased estimate exceed 1."""
-    assert gtao.multibounce(np.full((1, 2), 1.2, np.float32), 0.5).numpy() == pytest.approx(1.0, abs=5e-4)
-
-
-@pytest.mark.parametrize(
-    ("visibility", "albedo"),
-    [
-        (np.full((2, 2), np.nan, np.float32), 0.5),
-        (np.full((2, 2), -0.1, np.float32), 0.5),
-        (np.ones((2, 2), np.float32), 1.5),
-        (np.ones((2, 2), np.float32), math.nan),
-        (np.ones((2, 2), np.float32), np.full((2, 2, 3), -0.1, np.float32)),
-        (np.ones((2, 2), np.float32), np.full((2, 2, 3), np.nan, np.float32)),
-        (np.ones((2, 2), np.float32), np.ones((2, 3, 3), np.float32)),
-        ("open", 0.5),
-    ],
-)
-def test_bad_input_is_named(visibility, albedo):
-    with pytest.raises(gtao.ShapeError, match=r"visibility|albedo"):
-        gtao.multibounce(visibility, albedo)
-
-
-def test_bad_fit_is_named():
-    with pytest.raises(gtao.ConfigError, match="fit"):
-        gtao.multibounce(np.ones((2, 2), np.float32), 0.5, fit=(1, 2, 3))

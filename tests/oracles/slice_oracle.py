@@ -58,6 +58,13 @@ def clamped_arc(nV: float, nT: float, h0: float, h1: float) -> SliceIntegrals:
     return arc(nV, nT, max(h0, gamma - np.pi / 2), min(h1, gamma + np.pi / 2))
 
 
+def clamped_cosine(nV: float, nT: float, h0: float, h1: float) -> float:
+    """:func:`clamped_arc` for the cosine-weighted integral alone."""
+    gamma = np.arctan2(nT, nV)
+    a, b = max(h0, gamma - np.pi / 2), min(h1, gamma + np.pi / 2)
+    return _integrate(lambda t: (nV * np.cos(t) + nT * np.sin(t)) * np.abs(np.sin(t)), a, b)
+
+
 def unit(v) -> np.ndarray:
     """Vector(s) divided by their length."""
     v = np.asarray(v, dtype=np.float64)
@@ -164,7 +171,7 @@ def unoccluded_mean(Gamma: float, n: int, offset: float) -> float:
     total = 0.0
     for i in range(n):
         phi = np.pi * (i + offset) / n
-        total += clamped_arc(np.cos(Gamma), np.sin(Gamma) * np.cos(phi), -np.pi, np.pi).cosine
+        total += clamped_cosine(np.cos(Gamma), np.sin(Gamma) * np.cos(phi), -np.pi, np.pi)
     return total / n
 
 
