@@ -9,6 +9,7 @@ from gtao.errors import ImageError
 
 __all__ = ["Found", "Triple", "find_channels"]
 
+_MAIN_LAYERS = {"", "rgba", "rgb"}
 _DEPTH_WORDS = {"depth", "z", "zdepth"}
 _NORMAL_WORDS = {"n", "nn", "ns", "ng", "normal", "normals", "sh_normal", "geo_normal"}
 _ALBEDO_WORDS = {"albedo", "diffcol"}
@@ -90,7 +91,7 @@ def _choose_depth(path: Any, names: Sequence[str], wanted: str | None) -> str:
     candidates = _depth_candidates(names)
     # A bare Z is the format's own name for the depth of the main image; a layer called depth comes next.
     for preferred in (
-        [c for c in candidates if c in ("Z", "z")],
+        [c for c in candidates if _last(c) in ("Z", "z") and _layer(c).lower() in _MAIN_LAYERS],
         [c for c in candidates if _word(_layer(c)) in _DEPTH_WORDS],
     ):
         if len(preferred) == 1:
@@ -122,7 +123,7 @@ def _choose_normals(
     if not candidates:
         raise ImageError(
             f"{path} has no normals; its channels are {_listing(names)}; name their layer with normal_layer,"
-            " or derive them from depth with normals='derive'"
+            " or derive them from depth with normals='derive' (--derive-normals)"
         )
     return next(iter(candidates.values()))
 

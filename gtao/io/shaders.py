@@ -30,9 +30,9 @@ class _Language:
 
     def number(self, x: float) -> str:
         """The shortest decimal that is read back as the same float32."""
-        single = np.float32(x)
-        if not np.isfinite(single):
+        if abs(x) > float(np.finfo(np.float32).max):
             raise ConfigError(f"coefficient {x} does not fit into a 32-bit float")
+        single = np.float32(x)
         plain = single == 0 or 1e-4 <= abs(single) < 1e6
         write = np.format_float_positional if plain else np.format_float_scientific
         return write(single, unique=True, trim="0") + self.suffix

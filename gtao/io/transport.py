@@ -129,7 +129,7 @@ def read_transport(path: str | os.PathLike) -> StoredTransport:
     if not path.exists():
         raise RecordError(f"no transport file at {path}; check the path")
     try:
-        with np.load(path, allow_pickle=False) as stored:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
             content = {name: stored[name] for name in (*_ARRAYS, "header", "sha256")}
         header = str(content.pop("header"))
         expected = str(content.pop("sha256"))

@@ -88,7 +88,7 @@ class TestOwnFiles:
             write_gbuffer(tmp_path / "g.exr", self.gbuffer(), extra={"Z": Z})
 
     def test_nan_is_refused(self, tmp_path):
-        with pytest.raises(ImageError, match="'visibility.var' is NaN"):
+        with pytest.raises(ImageError, match=r"'visibility\.var' is NaN"):
             write_gbuffer(tmp_path / "g.exr", self.gbuffer(), extra={"visibility.var": ONES * np.nan})
         assert list(tmp_path.iterdir()) == []
 
@@ -163,9 +163,10 @@ class TestMitsuba:
             read_gbuffer(path, camera(self.NEAR), to_view=raw)
 
 
-class TestBlender:
-    HEADER = {"BlenderMultiChannel": "Blender V2.55.1 and newer"}
+BLENDER = {"BlenderMultiChannel": "Blender V2.55.1 and newer"}
 
+
+class TestBlender:
     def channels(self, layer="ViewLayer", depth="Depth.Z"):
         z = np.where(SURFACE, Z, np.float32(1e10))
         length = np.random.default_rng(2).uniform(0.4, 1, Z.shape)
@@ -180,7 +181,7 @@ class TestBlender:
 
     @pytest.mark.parametrize("depth", ["Depth.Z", "Depth.V"])
     def test_planar_depth_averaged_world_normals_and_albedo(self, tmp_path, depth):
-        path = write_exr(tmp_path / "b.exr", self.channels(depth=depth), self.HEADER)
+        path = write_exr(tmp_path / "b.exr", self.channels(depth=depth), BLENDER)
         g = read_gbuffer(path, camera(), to_view=TO_VIEW)
         assert_scene(g)
         assert np.all(g.albedo.numpy()[SURFACE] == 0.25)
@@ -188,7 +189,7 @@ class TestBlender:
     def test_half(self, tmp_path):
         channels = {k: np.minimum(v, 6e4).astype(np.float16) for k, v in self.channels().items()}
         channels["ViewLayer.Depth.Z"] = np.where(SURFACE, Z, np.inf).astype(np.float16)
-        path = write_exr(tmp_path / "b.exr", channels, self.HEADER)
+        path = write_exr(tmp_path / "b.exr", channels, BLENDER)
         assert_scene(read_gbuffer(path, camera(), to_view=TO_VIEW), depth=HALF_ROUNDING, normal=4 * HALF_ROUNDING)
 
     def test_one_part_per_pass(self, tmp_path):
@@ -201,14 +202,14 @@ class TestBlender:
 
     def test_two_view_layers(self, tmp_path):
         other = {k: ONES for k, v in self.channels("Fog").items()}
-        path = write_exr(tmp_path / "b.exr", {**self.channels("Main"), **other}, self.HEADER)
+        path = write_exr(tmp_path / "b.exr", {**self.channels("Main"), **other}, BLENDER)
         message = r"several depth channels: Fog\.Depth\.Z, Main\.Depth\.Z; choose with layer or depth_channel"
         with pytest.raises(ImageError, match=message):
             read_gbuffer(path, camera(), to_view=TO_VIEW)
         assert_scene(read_gbuffer(path, camera(), to_view=TO_VIEW, layer="Main"))
 
     def test_without_the_pose_it_says_what_to_give(self, tmp_path):
-        path = write_exr(tmp_path / "b.exr", self.channels(), self.HEADER)
+        path = write_exr(tmp_path / "b.exr", self.channels(), BLENDER)
         with pytest.raises(ImageError, match=r"normals ViewLayer\.Normal of .* are in world space; give to_view"):
             read_gbuffer(path, camera())
         assert read_gbuffer(path, camera(), normals="derive").normals_derived
@@ -219,12 +220,12 @@ class TestBlender:
         ids=["transposed", "axes in another order", "upside down"],
     )
     def test_a_wrong_pose_is_recognised(self, tmp_path, wrong):
-        path = write_exr(tmp_path / "b.exr", self.channels(), self.HEADER)
+        path = write_exr(tmp_path / "b.exr", self.channels(), BLENDER)
         with pytest.raises(ShapeError, match=r"(contradict|would fit) its depth"):
             read_gbuffer(path, camera(), to_view=wrong)
 
     def test_the_frame_of_computer_vision_is_recognised(self, tmp_path):
-        path = write_exr(tmp_path / "b.exr", self.channels(), self.HEADER)
+        path = write_exr(tmp_path / "b.exr", self.channels(), BLENDER)
         with pytest.raises(ShapeError, match=r"diag\(1, -1, -1\) @ to_view: that camera looks along \+z with \+y down"):
             read_gbuffer(path, camera(), to_view=np.diag([1, -1, -1]) @ TO_VIEW)
 
@@ -251,6 +252,7 @@ class TestOthers:
         [
             (["Z", "character.Z", "left.Z", "ZBack"], "Z"),
             (["depth.Z", "character.Z", "other.ZBack"], "depth.Z"),
+            (["rgba.Z", "character.Z"], "rgba.Z"),
             (["customDepth.Z"], "customDepth.Z"),
             (["depth.Y"], "depth.Y"),
             (["Depth"], "Depth"),
@@ -282,7 +284,7 @@ class TestOthers:
         path = write_exr(tmp_path / "n.exr", {"far": Z, "near.Z": Z, **vector("dir", N, "RGB")})
         options = {"depth_channel": "far", "normal_layer": "dir", "normal_frame": "view"}
         assert_scene(read_gbuffer(path, camera(), **options))
-        with pytest.raises(ImageError, match="has no channel 'fog'; it has dir.B, dir.G, dir.R, far, near.Z"):
+        with pytest.raises(ImageError, match=r"has no channel 'fog'; it has dir\.B, dir\.G, dir\.R, far, near\.Z"):
             read_gbuffer(path, camera(), depth_channel="fog")
         with pytest.raises(ImageError, match="has no layer 'fog' with X Y Z or R G B"):
             read_gbuffer(path, camera(), normal_layer="fog", depth_channel="far")

@@ -299,54 +299,54 @@ def test_headers_that_ask_for_terabytes_cost_nothing(tmp_path):
 DAMAGE = """
 import random
 import numpy as np
+from pathlib import Path
 from gtao.errors import ImageError
 from gtao.io import read_channels
-path, mode = sys.argv[1], sys.argv[2]
-data = open(path, "rb").read()
-whole, _ = read_channels(path)
-if mode == "truncate":
-    variants = [data[:n] for n in range(len(data))]
-else:
-    random = random.Random(5)
+random = random.Random(5)
+
+def cut(data):
+    # Every third length, and each of the last ones, where only pixels are missing.
+    return [data[:n] for n in (*range(0, len(data) - 40, 3), *range(len(data) - 40, len(data)))]
+
+def alter(data):
     variants = []
-    for _ in range(400):
+    for _ in range(150):
         copy = bytearray(data)
         for _ in range(random.randint(1, 3)):
             copy[random.randrange(len(data))] = random.randrange(256)
         variants.append(bytes(copy))
-refused = 0
-for variant in variants:
-    with open(path + ".damaged", "wb") as file:
-        file.write(variant)
-    try:
-        channels, metadata = read_channels(path + ".damaged", window="data")
-    except ImageError as error:
-        assert "\\n" not in str(error)
-        refused += 1
-        continue
-    shape = (metadata["height"], metadata["width"])
-    assert all(values.shape == shape for values in channels.values())
-print(json.dumps([refused, len(variants)]))
+    return variants
+
+result = {}
+for path in sorted(Path(sys.argv[1]).glob("*.exr")):
+    for make in (cut, alter):
+        refused, variants = 0, make(path.read_bytes())
+        for variant in variants:
+            Path(sys.argv[1], "damaged").write_bytes(variant)
+            try:
+                channels, metadata = read_channels(Path(sys.argv[1], "damaged"), window="data")
+            except ImageError as error:
+                assert "\\n" not in str(error)
+                refused += 1
+            else:
+                shape = (metadata["height"], metadata["width"])
+                assert all(values.shape == shape for values in channels.values())
+        result[f"{path.stem} {make.__name__}"] = [refused, len(variants)]
+print(json.dumps(result))
 """
 
-FILES = {
-    "zip": lambda p: write_channels(p, {"Z": A, "N.X": B}, {"seed": 1}),
-    "piz": lambda p: write_exr(p, {"Z": A, "N.X": B}, {"compression": OpenEXR.PIZ_COMPRESSION}),
-    "none": lambda p: write_exr(p, {"Z": A.astype(np.float16)}, {"compression": OpenEXR.NO_COMPRESSION}),
-    "tiles": lambda p: write_exr(p, {"Z": A}, {"type": OpenEXR.tiledimage, "tiles": OpenEXR.TileDescription()}),
-    "parts": lambda p: write_parts(p, {"a": {"Z": A}, "b": {"Z": B}}),
-}
 
-
-@pytest.mark.parametrize("kind", sorted(FILES))
-def test_a_file_cut_anywhere_is_refused(tmp_path, kind):
-    FILES[kind](tmp_path / "a.exr")
-    refused, n = _child.run(DAMAGE, tmp_path / "a.exr", "truncate")
-    assert refused == n > 300
-
-
-@pytest.mark.parametrize("kind", ["zip", "none"])
-def test_altered_bytes_never_crash(tmp_path, kind):
-    FILES[kind](tmp_path / "a.exr")
-    refused, n = _child.run(DAMAGE, tmp_path / "a.exr", "alter")
-    assert 0 < refused <= n
+def test_a_file_cut_anywhere_is_refused_and_altered_bytes_never_crash(tmp_path):
+    tiles = {"type": OpenEXR.tiledimage, "tiles": OpenEXR.TileDescription()}
+    write_channels(tmp_path / "zip.exr", {"Z": A, "N.X": B}, {"seed": 1})
+    write_exr(tmp_path / "piz.exr", {"Z": A, "N.X": B}, {"compression": OpenEXR.PIZ_COMPRESSION})
+    write_exr(tmp_path / "none.exr", {"Z": A.astype(np.float16)}, {"compression": OpenEXR.NO_COMPRESSION})
+    write_exr(tmp_path / "tiles.exr", {"Z": A}, tiles)
+    write_parts(tmp_path / "parts.exr", {"a": {"Z": A}, "b": {"Z": B}})
+    result = _child.run(DAMAGE, tmp_path)
+    assert len(result) == 10
+    for name, (refused, n) in result.items():
+        if name.endswith("cut"):
+            assert refused == n > 100, name
+        else:
+            assert 0 < refused <= n, name
