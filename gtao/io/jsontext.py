@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from gtao.errors import GtaoError, RecordError
+from gtao.errors import RecordError
 
 __all__ = ["canonical_json", "plain", "pretty_json", "read_json", "with_infinities"]
 
 
-def plain(value: Any, where: str = "value", *, error: type[GtaoError] = RecordError) -> Any:
+def plain(value: Any, where: str = "value") -> Any:
     """``value`` as dicts, lists, strings, numbers, booleans and None.
 
     Objects with ``to_dict`` are asked for it, other dataclasses become dicts with their class name under
@@ -25,10 +25,9 @@ def plain(value: Any, where: str = "value", *, error: type[GtaoError] = RecordEr
     Args:
         value: what to convert.
         where: how to call it in an error.
-        error: class of the error.
 
     Raises:
-        error: there is a NaN, a key that is no string, or an object that JSON cannot hold.
+        RecordError: there is a NaN, a key that is no string, or an object that JSON cannot hold.
     """
     if isinstance(value, np.generic | np.ndarray):
         value = value.tolist()
@@ -38,21 +37,23 @@ def plain(value: Any, where: str = "value", *, error: type[GtaoError] = RecordEr
         return int(value)
     if isinstance(value, float):
         if math.isnan(value):
-            raise error(f"{where} is NaN; a record holds numbers, so leave it out or find where it comes from")
+            raise RecordError(f"{where} is NaN; a record holds numbers, so leave it out or find where it comes from")
         return float(value) if math.isfinite(value) else ("inf" if value > 0 else "-inf")
     if callable(getattr(value, "to_dict", None)):
-        return plain(value.to_dict(), where, error=error)
+        return plain(value.to_dict(), where)
     if is_dataclass(value) and not isinstance(value, type):
         named = {f.name: getattr(value, f.name) for f in fields(value)}
-        return plain({"type": type(value).__name__, **named}, where, error=error)
+        return plain({"type": type(value).__name__, **named}, where)
     if isinstance(value, Mapping):
         for key in value:
             if not isinstance(key, str):
-                raise error(f"{where} has the key {key!r}; keys must be strings")
-        return {key: plain(item, f"{where}.{key}", error=error) for key, item in value.items()}
+                raise RecordError(f"{where} has the key {key!r}; keys must be strings")
+        return {key: plain(item, f"{where}.{key}") for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [plain(item, f"{where}[{i}]", error=error) for i, item in enumerate(value)]
-    raise error(f"{where} is a {type(value).__name__}, which a record cannot hold; give numbers, strings or lists")
+        return [plain(item, f"{where}[{i}]") for i, item in enumerate(value)]
+    raise RecordError(
+        f"{where} is a {type(value).__name__}, which a record cannot hold; give numbers, strings or lists"
+    )
 
 
 def with_infinities(value: Any) -> Any:
@@ -64,24 +65,22 @@ def with_infinities(value: Any) -> Any:
     return float(value) if isinstance(value, str) and value in ("inf", "-inf") else value
 
 
-def canonical_json(value: Any, *, error: type[GtaoError] = RecordError) -> str:
+def canonical_json(value: Any) -> str:
     """The one text of ``value``, without blanks: what is hashed.
 
     Raises:
-        error: as for :func:`plain`.
+        RecordError: as for :func:`plain`.
     """
-    return json.dumps(
-        plain(value, error=error), sort_keys=True, ensure_ascii=False, allow_nan=False, separators=(",", ":")
-    )
+    return json.dumps(plain(value), sort_keys=True, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
 
 
-def pretty_json(value: Any, *, error: type[GtaoError] = RecordError) -> str:
+def pretty_json(value: Any) -> str:
     """``value`` as indented JSON with sorted keys and a final newline: what is stored.
 
     Raises:
-        error: as for :func:`plain`.
+        RecordError: as for :func:`plain`.
     """
-    text = json.dumps(plain(value, error=error), sort_keys=True, ensure_ascii=False, allow_nan=False, indent=2)
+    text = json.dumps(plain(value), sort_keys=True, ensure_ascii=False, allow_nan=False, indent=2)
     return text + "\n"
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import gtao
-from gtao.errors import ConfigError, RecordError
+from gtao.errors import RecordError
 from gtao.io.jsontext import canonical_json, plain, pretty_json, read_json, with_infinities
 
 
@@ -63,11 +63,6 @@ def test_dataclasses_name_their_type():
 def test_what_json_cannot_hold_is_named(value, message):
     with pytest.raises(RecordError, match=message):
         canonical_json(value)
-
-
-def test_the_error_class_is_the_callers():
-    with pytest.raises(ConfigError):
-        plain(math.nan, error=ConfigError)
 
 
 def test_pretty_text_is_sorted_and_ends_a_line(tmp_path):
