@@ -40,7 +40,6 @@ napoleon_use_ivar = True
 
 html_theme = "furo"
 html_title = f"gtao {release}"
-html_static_path = ["_static"]
 html_copy_source = False
 html_show_sphinx = False
 html_theme_options = {"navigation_with_keys": True}

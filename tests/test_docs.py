@@ -5,6 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 ROOT = Path(__file__).parents[1]
@@ -76,3 +77,39 @@ def test_command_reference_lists_every_command():
     text = "\n".join(section.astext() for section in commands.Commands.run(None))
     for word in ("gtao doctor", "gtao refit [SCENES …] [options]", "--bounces", "Default: 4.", "IN.exr", "--set"):
         assert word in text
+
+
+def _harmonics(tilt, n):
+    """a_k of the theory page, k = 1…n: what an open surface's slices hold beside their mean."""
+    k, t = np.arange(1, n + 1), np.tan(tilt / 2)
+    return k, (-1.0) ** (k - 1) * np.sin(tilt) * t ** (2 * k - 1) * (1 / (2 * k - 1) - t**2 / (2 * k + 1))
+
+
+@pytest.mark.parametrize("tilt", [0.2, 1.0, 1.4])
+@pytest.mark.parametrize("n_slices", [1, 2, 3, 8])
+def test_error_of_few_slices_is_what_the_theory_says(tilt, n_slices):
+    phi = 0.37 + np.arange(n_slices) * np.pi / n_slices
+    value = np.cos(tilt) + np.sin(tilt) * np.cos(phi) * np.arctan(np.tan(tilt) * np.cos(phi))
+    k, a = _harmonics(tilt, 400)
+    kept = k % n_slices == 0
+    predicted = np.sum(a[kept] * np.cos(2 * k[kept] * phi[0]))
+    # The series is cut where its terms, below tan(0.7)^800, have vanished in float64.
+    assert np.mean(value) - 1 == pytest.approx(predicted, abs=1e-12)
+
+
+@pytest.mark.parametrize(("off_axis", "tilt", "azimuth"), [(0.5, 1.0, 0.3), (0.85, 1.4, 1.2), (1.1, 0.6, 0.0)])
+def test_bias_of_slices_even_in_the_image_is_what_the_theory_says(off_axis, tilt, azimuth):
+    V = np.array([np.sin(off_axis), 0, np.cos(off_axis)])
+    radial, across = np.array([np.cos(off_axis), 0, -np.sin(off_axis)]), np.array([0, 1, 0])
+    N = np.cos(tilt) * V + np.sin(tilt) * (np.cos(azimuth) * radial + np.sin(azimuth) * across)
+    # The trapezoidal rule converges geometrically on a smooth periodic function: 2000 slices are exact.
+    phi = np.arange(2000) * np.pi / 2000
+    D = np.stack([np.cos(phi), np.sin(phi), np.zeros_like(phi)], axis=1)
+    T = D - (D @ V)[:, None] * V
+    T /= np.linalg.norm(T, axis=1, keepdims=True)
+    n_T = T @ N
+    mean = np.mean(N @ V + np.arctan2(n_T, N @ V) * n_T)
+    k, a = _harmonics(tilt, 400)
+    q = np.tan(off_axis / 2) ** 2
+    predicted = np.sum((-q) ** k * a * np.cos(2 * k * azimuth))
+    assert mean - 1 == pytest.approx(predicted, abs=1e-12)
