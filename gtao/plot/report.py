@@ -29,8 +29,8 @@ _CAPTIONS = {
 
 _FORMS_NOTE = (
     "An RMSE is the root of the squared error, averaged over albedos and over scenes that count the same, with the "
-    "noise of the samples taken out. “Left out” scores every scene with coefficients from the others. The two-step procedure "
-    "gives the same numbers as the direct fit, as it must: visibility does not depend on the albedo."
+    "noise of the samples taken out. “Left out” scores every scene with coefficients from the others. The two-step "
+    "procedure gives the same numbers as the direct fit, as it must: visibility does not depend on the albedo."
 )
 
 #: Pixels of the page per inch of a figure: the widest just fill the column.
