@@ -30,10 +30,11 @@ def test_the_users_variant_stays_and_works():
         scene = render.load_scene("stairs", resolution=16)
         g = render.gbuffer(scene)
         t = render.transport(scene, g, n_bounces=2, spp=16)
-        print(mi.variant(), g.albedo.shape == (16, 16, 3), float(g.albedo.array[0]), 0 < t.visibility.mean() < 1)
+        print(mi.variant(), g.albedo.shape == (16, 16, 3), float(g.albedo.numpy().max()), 0 < t.visibility.mean() < 1)
         """
     )
-    assert out == "llvm_ad_mono True 0.5 True"
+    # Mitsuba itself remarks on the film's pixel format before.
+    assert out.endswith("llvm_ad_mono True 0.5 True")
 
 
 def test_spectral_variants_have_no_albedo():
