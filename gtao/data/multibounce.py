@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from ..errors import ConfigError
+from gtao.errors import ConfigError
 
 __all__ = ["FORM_PARAMETERS", "JIMENEZ2016", "SPHERE", "MultibounceFit"]
 

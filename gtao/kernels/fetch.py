@@ -10,9 +10,10 @@ import drjit as dr
 
 __all__ = ["EDGE_SLOPE", "affine_field", "linear", "nearest"]
 
-#: A step between neighbours counts as an edge when both one-sided extrapolations miss it by more than this many
-#: pixel footprints: a crease steeper than 76 degrees from one pixel to the next.
-EDGE_SLOPE = 4.0
+#: A step between neighbours that lies outside the slopes on its two sides by more than this many pixel footprints is
+#: a depth edge. Inside them it is a surface, smooth or creased: where two planes meet between two texels, the step is
+#: a mixture of their slopes.
+EDGE_STEP = 2.0
 
 
 def nearest(buffer, x, y, width, UInt):
@@ -46,15 +47,14 @@ def affine_field(view_z, width, height, footprint, orthographic, types):
         return (z if orthographic else 1 / z), z
 
     def continuous(before, a, b, after):
-        """Whether the step from a to b continues the slope on one of its sides."""
-        left = abs(b[0] - 2 * a[0] + before[0])
-        right = abs(a[0] - 2 * b[0] + after[0])
-        miss = dr.select(left < right, left, right)
-        # NaN (inf - inf on the background) compares false, so a cell that touches the background is an edge.
-        if orthographic:
-            return miss <= EDGE_SLOPE * footprint
-        far = dr.select(a[1] > b[1], a[1], b[1])
-        return dr.isfinite(far) & (miss * far <= EDGE_SLOPE * footprint)
+        """Whether the step from a to b continues the surface on its sides."""
+        left, step, right = a[0] - before[0], b[0] - a[0], after[0] - b[0]
+        low, high = dr.select(left < right, left, right), dr.select(left < right, right, left)
+        # Along a line z changes by about z² times the change of 1/z.
+        far = footprint if orthographic else footprint / dr.select(a[1] > b[1], a[1], b[1])
+        tolerance = EDGE_STEP * far
+        # Beside the background a slope is NaN, which compares false, so such a cell is an edge.
+        return (step >= low - tolerance) & (step <= high + tolerance)
 
     rows = {(dx, dy): at(dx, dy) for dy in (0, 1) for dx in (-1, 0, 1, 2)}
     columns = {(dx, dy): at(dx, dy) for dx in (0, 1) for dy in (-1, 2)} | {
@@ -70,7 +70,10 @@ def affine_field(view_z, width, height, footprint, orthographic, types):
 
 
 def linear(field, x, y, width, height, orthographic, types):
-    """view_z at (x, y) from the buffer that :func:`affine_field` made."""
+    """view_z at (x, y) from the buffer that :func:`affine_field` made, and the point that it belongs to.
+
+    That point is (x, y) itself, but the centre of the nearest texel where the cell straddles an edge.
+    """
     Float, UInt, Int = types.Float, types.UInt, types.Int
     x0, y0 = dr.floor(x), dr.floor(y)
     x0 = dr.select(x0 < 0, 0, dr.select(x0 > width - 2, width - 2, x0))
@@ -87,4 +90,6 @@ def linear(field, x, y, width, height, orthographic, types):
     right, low = u > 0.5, v > 0.5
     texel = dr.select(low, dr.select(right, f11, f01), dr.select(right, f10, f00))
     value = dr.select(edge, texel, dr.fma(v, bottom - top, top))
-    return value if orthographic else 1 / value
+    x = dr.select(edge, dr.select(right, x0 + 1, x0), x)
+    y = dr.select(edge, dr.select(low, y0 + 1, y0), y)
+    return (value if orthographic else 1 / value), x, y

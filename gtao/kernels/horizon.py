@@ -23,15 +23,18 @@ def attenuate(c, low, distance2, scale, offset):
 
 
 def cut_at_sphere(c, d2, dV, p, radius, orthographic):
-    """Horizon cosine of the solid behind a sample, as far as it lies within ``radius`` of the shaded point.
+    """The arc that the solid behind a sample blocks, as far as it lies within ``radius`` of the shaded point.
 
     A depth buffer is solid behind its samples: the matter on the eye ray through sample S starts at S. The part of
-    it inside the sphere starts at S itself when S is inside, else where the ray enters the sphere; a ray that starts
-    behind the sphere or misses it occludes nothing (cosine -1).
+    it inside the sphere starts at S itself when S is inside, else where the ray enters the sphere, and ends where
+    the ray leaves it; a ray that misses the sphere, or whose sample lies behind it, blocks nothing.
 
     Args:
         c, d2, dV: what :func:`cosine` returned.
         p: distance from the eye to the shaded point (perspective only).
+
+    Returns:
+        Cosines of the upper and of the lower end of the blocked arc; -1 and 1 where nothing is blocked.
     """
     r2 = radius * radius
     if orthographic:
@@ -42,7 +45,10 @@ def cut_at_sphere(c, d2, dV, p, radius, orthographic):
         b = dr.fma(-p, dV, d2) * rcp_s
         eV = (dV - p) * rcp_s
     discriminant = dr.fma(b, b, r2 - d2)
-    t = -b - dr.sqrt(dr.select(discriminant > 0, discriminant, 0))
-    entry = dr.fma(t, eV, dV) / radius
-    outside = dr.select((discriminant > 0) & (t > 0), entry, -1)
-    return dr.select(d2 <= r2, c, outside)
+    half = dr.sqrt(dr.select(discriminant > 0, discriminant, 0))
+    rcp_r = 1 / radius
+    upper = dr.fma(-b - half, eV, dV) * rcp_r
+    lower = dr.fma(half - b, eV, dV) * rcp_r
+    inside = d2 <= r2
+    hit = inside | ((discriminant > 0) & (b + half < 0))
+    return dr.select(inside, c, dr.select(hit, upper, -1)), dr.select(hit, lower, 1)

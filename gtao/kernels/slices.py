@@ -6,6 +6,7 @@ azimuths about V (measure "view", exact) and derives the screen direction; :clas
 print (measure "screen": image azimuths, no Jacobian).
 """
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -100,10 +101,17 @@ def frame(measure, V, n, nV):
     return SliceFrame.at(V, n) if measure == "view" else ScreenFrame.at(V, n, nV)
 
 
-def clamped_start(nV, nT):
+def clamped_start(nV, nT, relief=0.0):
     """Start values (c0, c1) of the horizon search: the tangent plane, cos(γ ∓ π/2) = ± n_T / |n_p|.
 
     Searching upwards from there leaves horizons that are already clamped to the normal's hemisphere.
+
+    Args:
+        relief: angle above the tangent plane, in radians, to give the cosines of instead.
     """
-    s = nT * dr.rsqrt(dr.fma(nT, nT, nV * nV))
-    return s, -s
+    rcp = dr.rsqrt(dr.fma(nT, nT, nV * nV))
+    s = nT * rcp
+    if relief == 0:
+        return s, -s
+    up, along = math.sin(relief) * nV * rcp, math.cos(relief) * s
+    return up + along, up - along

@@ -18,6 +18,12 @@ __all__ = ["MAX_UNROLLED_STEPS", "Scalars", "Switches", "visibility"]
 MAX_UNROLLED_STEPS = 32
 
 
+# Samples that rise less than this above the tangent plane, in radians, do not close the gap below a far occluder:
+# rounding and the steps of a depth buffer put samples of a flat surface there. An arc of this height at the tangent
+# plane holds RELIEF² / 2 of the cosine-weighted hemisphere.
+RELIEF = 0.05
+
+
 @dataclass(frozen=True)
 class Switches:
     """What specialises the kernel; everything else reaches it as an array and changes without recompiling."""
@@ -123,9 +129,12 @@ def visibility(view_z, field, normal, k: Switches, s: Scalars, types):
     rotation, offset = noise.pattern(k.noise, xi, yi, s.frame_rotation, s.frame_offset, s.key, Float)
     m = None if k.unlimited else _sphere_extent(k, s.radius, z, p)
 
-    def sample(px, py, low, best):
+    cut = not (k.unlimited or k.falloff)
+
+    def sample(px, py, side, best):
+        """What the sample at (px, py) makes of the horizon ``best`` of one side."""
         if k.fetch == "linear":
-            zs = fetch.linear(field, px, py, k.width, k.height, k.orthographic, types)
+            zs, px, py = fetch.linear(field, px, py, k.width, k.height, k.orthographic, types)
         else:
             zs, tx, ty = fetch.nearest(view_z, px, py, k.width, UInt)
             if k.snap_to_texel:
@@ -136,24 +145,25 @@ def visibility(view_z, field, normal, k: Switches, s: Scalars, types):
         else:
             D = (dr.fma(X, zs, -P[0]), dr.fma(Y, zs, -P[1]), z - zs)
         c, d2, dV = horizon.cosine(D, V)
-        if k.falloff:
-            c = horizon.attenuate(c, low, d2, s.falloff_scale, s.falloff_offset)
-        elif not k.unlimited:
-            c = horizon.cut_at_sphere(c, d2, dV, p, s.radius, k.orthographic)
         # Background samples are infinitely far: their cosine is NaN, which compares false.
-        return dr.select(c > best, c, best)
+        if cut:
+            upper, lower = best
+            c, end = horizon.cut_at_sphere(c, d2, dV, p, s.radius, k.orthographic)
+            rises = (c > side.counts) & (end < lower)
+            return dr.select(c > upper, c, upper), dr.select(rises, end, lower)
+        if k.falloff:
+            c = horizon.attenuate(c, side.start, d2, s.falloff_scale, s.falloff_offset)
+        return (dr.select(c > best[0], c, best[0]),)
 
-    def block(first, n, off, direction, sides, start, best):
+    def block(first, n, off, direction, sides, horizons):
         """``n`` unrolled steps on both sides."""
-        dx, dy = direction
-        (base0, span0), (base1, span1) = sides
-        c0, c1 = best
+        (dx, dy), (side0, side1), (h0, h1) = direction, sides, horizons
         for j in range(n):
             t = _power((off + (first + j)) * (1 / k.n_steps), k.step_exponent)
-            d0, d1 = dr.fma(t, span0, base0), dr.fma(t, span1, base1)
-            c0 = sample(dr.fma(-dx, d0, x), dr.fma(-dy, d0, y), start[0], c0)
-            c1 = sample(dr.fma(dx, d1, x), dr.fma(dy, d1, y), start[1], c1)
-        return c0, c1
+            d0, d1 = dr.fma(t, side0.span, side0.base), dr.fma(t, side1.span, side1.base)
+            h0 = sample(dr.fma(-dx, d0, x), dr.fma(-dy, d0, y), side0, h0)
+            h1 = sample(dr.fma(dx, d1, x), dr.fma(dy, d1, y), side1, h1)
+        return h0, h1
 
     def slice_value(c, q, off):
         """One slice at azimuth (cos, sin) = (c, q)."""
@@ -163,24 +173,25 @@ def visibility(view_z, field, normal, k: Switches, s: Scalars, types):
         rcp = dr.rsqrt(length2)
         dx, dy = ux * rcp, uy * rcp
         reach = _reaches(k, s, slice_frame, m, c, q, length2 * rcp, dx, dy, x, y)
-        # A side whose next texel is off the frame has no sample: its steps stay on the pixel and are discarded.
-        inside = tuple(r >= 1 for r in reach)
-        sides = tuple((dr.select(i, Float(1), 0), dr.select(i, r - 1, 0)) for i, r in zip(inside, reach, strict=True))
         start = slices.clamped_start(nV, nT)
+        counts = slices.clamped_start(nV, nT, RELIEF) if cut else start
+        sides = tuple(_Side.of(*of_side) for of_side in zip(reach, start, counts, strict=True))
+        horizons = tuple((side.start, Float(1)) if cut else (side.start,) for side in sides)
         n_block = _block(k.n_steps)
         if n_block == k.n_steps:
-            c0, c1 = block(0, k.n_steps, off, (dx, dy), sides, start, start)
+            horizons = block(0, n_block, off, (dx, dy), sides, horizons)
         else:
 
-            def body(j, c0, c1):
-                c0, c1 = block(Float(j), n_block, off, (dx, dy), sides, start, (c0, c1))
-                return j + n_block, c0, c1
+            def body(j, *horizons):
+                return j + n_block, *block(Float(j), n_block, off, (dx, dy), sides, horizons)
 
-            _, c0, c1 = dr.while_loop((UInt(0), *start), lambda j, c0, c1: j < k.n_steps, body, label="steps")
-        c0, c1 = dr.select(inside[0], c0, start[0]), dr.select(inside[1], c1, start[1])
-        if k.weighting == "uniform":
-            return 0.5 * arcs.uniform_arc(c0, c1)
-        return arcs.cosine_arc(nV, nT, c0, c1)
+            _, *horizons = dr.while_loop((UInt(0), *horizons), lambda j, *_: j < k.n_steps, body, label="steps")
+        (c0, *end0), (c1, *end1) = (side.seen(h) for side, h in zip(sides, horizons, strict=True))
+        value = _arc(k, nV, nT, c0, c1)
+        if cut:
+            # Below the blocked arc the slice is open again, down to the tangent plane.
+            value = value + _arc(k, nV, nT, *start) - _arc(k, nV, nT, end0[0], end1[0])
+        return value
 
     q, c = dr.sincos(rotation * (math.pi / k.n_slices))
     turn_c, turn_q = math.cos(math.pi / k.n_slices), math.sin(math.pi / k.n_slices)
@@ -200,6 +211,37 @@ def visibility(view_z, field, normal, k: Switches, s: Scalars, types):
         max_iterations=-1,
     )
     return dr.select(surface, total * (1 / k.n_slices), 1)
+
+
+@dataclass(frozen=True)
+class _Side:
+    """One side of a slice: where its samples lie and what its horizon starts from."""
+
+    base: Any
+    span: Any
+    start: Any
+    counts: Any
+    inside: Any
+
+    @classmethod
+    def of(cls, reach, start, counts):
+        # A side whose next texel is off the frame has no sample: its steps stay on the pixel and are discarded.
+        inside = reach >= 1
+        one = type(reach)(1)
+        return cls(dr.select(inside, one, 0), dr.select(inside, reach - 1, 0), start, counts, inside)
+
+    def seen(self, horizon):
+        """The horizon, and the lower end of the blocked arc if there is one, both within the hemisphere."""
+        upper, *lower = horizon
+        upper = dr.select(self.inside, upper, self.start)
+        if not lower:
+            return (upper,)
+        open_below = self.inside & (upper > self.start) & (lower[0] > self.start) & (lower[0] < upper)
+        return upper, dr.select(open_below, lower[0], self.start)
+
+
+def _arc(k: Switches, nV, nT, c0, c1):
+    return 0.5 * arcs.uniform_arc(c0, c1) if k.weighting == "uniform" else arcs.cosine_arc(nV, nT, c0, c1)
 
 
 def _sphere_extent(k: Switches, radius, z, p):

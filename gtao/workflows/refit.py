@@ -11,6 +11,7 @@ import numpy as np
 
 from gtao import fit, io, render
 from gtao.data.multibounce import JIMENEZ2016, MultibounceFit
+from gtao.errors import RecordError
 
 from . import report
 from .settings import RefitConfig
@@ -45,7 +46,7 @@ class RefitOutcome:
     def summary(self) -> str:
         """A few lines for a terminal."""
         table = self.tables[self.fit.bounces]
-        published = table.row("published")
+        published = table[fit.PUBLISHED]
         lines = [f"{self.fit.form}, {_bounces(self.fit.bounces)}, {len(self.result.scenes)} scenes"]
         for i, (name, value) in enumerate(zip(self.fit.names, self.fit.coefficients, strict=True)):
             line = f"  {name:7} {value:9.4f}"
@@ -55,7 +56,7 @@ class RefitOutcome:
             if self.fit.form == JIMENEZ2016.form:
                 line += f"   published {JIMENEZ2016.coefficients[i]:9.4f}"
             lines.append(line)
-        lines.append(f"  RMSE on these scenes {self.result.rmse:.4f}, published set {published.train:.4f}")
+        lines.append(f"  RMSE on these scenes {self.result.rmse:.4f}, published set {published.train_rmse:.4f}")
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
@@ -87,20 +88,20 @@ def _fit(samples: fit.Samples, config: RefitConfig) -> Any:
 
 
 def _scene_entry(d: SceneData, source: str) -> dict[str, Any]:
+    """What a record says of one scene: where it came from, as a hash, and what its visibilities look like."""
     v = d.transport.escaped[:, 0].sum(0, dtype=np.int64) / d.transport.spp
-    entry = {
-        "name": d.name,
+    if d.name == source:
+        origin = {"path": f"embedded:{d.name}", "sha256": d.fingerprints[0]}
+    else:
+        origin = io.file_entry(source)
+    return origin | {
+        "scene": d.name,
         "views": list(d.fingerprints),
         "n_pixels": int(v.size),
         "mean_visibility": float(v.mean()),
         "visibility_deciles": np.histogram(v, bins=10, range=(0, 1))[0].tolist(),
         "share_left_inside": float(d.transport.remaining.sum(dtype=np.int64) / d.transport.spp / v.size),
     }
-    if d.name in render.scenes.names():
-        entry["embedded"] = True
-    else:
-        entry |= {"embedded": False, "file": Path(source).name, "sha256": io.sha256_file(source)}
-    return entry
 
 
 def refit(
@@ -136,42 +137,52 @@ def refit(
     started = datetime.now(UTC)
     embedded = render.scenes.names("procedural") if config.also_embedded or not config.scenes else ()
     sources = scene_names([*config.scenes, *embedded])
-    io.make_output_directory(output)
-
-    data = collect(sources, config, io.TransportCache(io.cache_directory(cache)), progress)
-
-    stages = len(TABULATED) + 2
-
-    def stage(i: int) -> None:
-        if progress:
-            progress("fit", i, stages)
-
-    stage(0)
-    samples = _samples(data, config)
-    result = _fit(samples, config)
-    tables = {}
-    for i, bounces in enumerate(dict.fromkeys((config.bounces, *TABULATED))):
-        tables[bounces] = fit.compare_forms(samples, bounces, albedos=config.albedos, seed=config.seed)
-        stage(min(1 + i, len(TABULATED)))
-
     record_path = output / "record.json"
+    io.ensure_writable(record_path, error=RecordError)
+    store = io.TransportCache(io.default_cache_directory() if cache is None else cache)
+    data = collect(sources, config, store, progress)
+
+    compared = list(dict.fromkeys((config.bounces, *TABULATED)))
+    steps = _Steps(progress, 3 + len(compared))
+    samples = _samples(data, config)
+    steps.next()
+    result = _fit(samples, config)
+    steps.next()
+    tables = {}
+    for bounces in compared:
+        tables[bounces] = fit.compare_forms(samples, bounces, albedos=config.albedos, weighting=config.weighting)
+        steps.next()
+
     # From here on files change: without its record the directory counts as unfinished.
     record_path.unlink(missing_ok=True)
-    outputs = _write_outputs(output, config, samples, data, result, tables)
-    stage(stages - 1)
-    record = io.provenance(command="gtao refit", seed=config.seed, config=config.to_dict())
-    record |= {
+    outputs = _write_outputs(output, samples, data, result, tables)
+    record = io.provenance(["gtao", "refit"], seed=config.seed, config=config.to_dict()) | {
         "kind": "multibounce refit",
-        "inputs": [_scene_entry(d, sources[d.name]) for d in data],
-        "fit": result.to_dict(),
-        "comparison": {_key(b): table.to_dict() for b, table in tables.items()},
-        "outputs": {name: io.sha256_file(output / name) for name in outputs},
         "started": started.isoformat(timespec="seconds"),
+        "inputs": [_scene_entry(d, sources[d.name]) for d in data],
+        "outputs": [io.file_entry(output / name, output) for name in outputs],
+        "numbers": {
+            "fit": result.to_dict(),
+            "comparison": {_key(bounces): table.to_dict() for bounces, table in tables.items()},
+        },
     }
-    report.write(output / "report.html", record, result, tables, samples, data)
+    report.write_html(output / "report.html", record, samples, data, result, tables)
     io.write_record(record_path, record, overwrite=True)
-    stage(stages)
+    steps.next()
     return RefitOutcome(result.fit, result, tables, record)
+
+
+class _Steps:
+    """Progress of the part after rendering."""
+
+    def __init__(self, progress: Report | None, total: int):
+        self._progress, self._total, self._done = progress, total, -1
+        self.next()
+
+    def next(self) -> None:
+        self._done += 1
+        if self._progress:
+            self._progress("fit", self._done, self._total)
 
 
 def _key(bounces: float) -> str:
@@ -179,26 +190,16 @@ def _key(bounces: float) -> str:
 
 
 def _write_outputs(
-    output: Path,
-    config: RefitConfig,
-    samples: Any,
-    data: list[SceneData],
-    result: Any,
-    tables: dict[float, Any],
+    output: Path, samples: Any, data: list[SceneData], result: Any, tables: dict[float, Any]
 ) -> list[str]:
     """Coefficients, shader code and plots; the names of what was written."""
-    names = []
-
-    def text(name: str, content: str) -> None:
-        io.write_text(output / name, content)
-        names.append(name)
-
     io.write_fit(output / "coefficients.json", result.fit)
-    names.append("coefficients.json")
+    names = ["coefficients.json"]
     for language, suffix in LANGUAGES.items():
-        text(f"multibounce.{suffix}", io.shader_code(result.fit, language))
-    for name, figure in report.figures(result, tables, samples, data).items():
-        with io.atomic_path(output / f"{name}.png") as path:
-            figure.savefig(path, format="png", dpi=120, metadata={"Software": None})
+        names.append(f"multibounce.{suffix}")
+        io.write_text(output / names[-1], io.shader_code(result.fit, language))
+    for name, figure in report.figures(samples, data, result, tables).items():
         names.append(f"{name}.png")
+        with io.atomic_path(output / names[-1]) as path:
+            figure.savefig(path, format="png", dpi=120, metadata={"Software": None})
     return names

@@ -59,8 +59,10 @@ def _key(config: RefitConfig, fingerprint: str) -> dict[str, Any]:
 def _one_view(scene: Any, sensor: int, config: RefitConfig, cache: Any, progress: Any) -> tuple[Any, Any, str]:
     fingerprint = render.fingerprint(scene, sensor)
     key = _key(config, fingerprint)
-    transport = cache.get(key)
-    if transport is None:
+    stored = cache.get(key)
+    if stored is not None:
+        transport = render.Transport(**stored.fields())
+    else:
         transport = render.transport(
             scene,
             None,
@@ -110,7 +112,7 @@ def collect(sources: dict[str, str], config: RefitConfig, cache: Any, progress: 
     Args:
         sources: source of each scene by name, see :func:`gtao.workflows.views.scene_names`.
         config: settings.
-        cache: a :class:`gtao.io.TransportCache`.
+        cache: a :class:`gtao.io.cache.TransportCache`.
         progress: called as ``progress(task, done, total)``.
 
     Raises:
