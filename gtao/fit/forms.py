@@ -79,8 +79,8 @@ class Rational:
         return np.array([V**j for j in range(self.n_coefficients)])
 
     def raw(self, theta: np.ndarray, V: np.ndarray, rho: np.ndarray) -> np.ndarray:
-        """The function; finite wherever ρ (1 - V) κ(V) < 1."""
-        return V / (1 - rho * (1 - V) * np.tensordot(theta, self.kappa_basis(V), axes=1))
+        """The function; 1 where ρ (1 - V) κ(V) = 1, its limit if nothing is absorbed and nothing seen."""
+        return _ratio(V, 1 - rho * (1 - V) * np.tensordot(theta, self.kappa_basis(V), axes=1))
 
     def jacobian(self, theta: np.ndarray, V: np.ndarray, rho: np.ndarray) -> np.ndarray:
         """Derivatives by the coefficients, (coefficients, …)."""
@@ -144,15 +144,19 @@ def evaluate(fit: MultibounceFit, visibility: ArrayLike, albedo: ArrayLike) -> n
     """
     V, rho = np.broadcast_arrays(np.asarray(visibility, float), np.asarray(albedo, float))
     if fit.form == "sphere":
-        absorbed = 1 - rho * (1 - V)
-        # Nothing seen and nothing absorbed is 0/0; the limit along ρ = 1 is 1.
-        return np.where(absorbed > 0, V / np.where(absorbed > 0, absorbed, 1.0), 1.0)
+        return _ratio(V, 1 - rho * (1 - V))
     if fit.form == "sphere_truncated":
         ratio = rho * (1 - V)
         return V * sum(ratio**k for k in range(round(fit.coefficients[0])))
     form = fitted_form(fit.form)
     value = form.raw(np.asarray(fit.coefficients, float), V, rho)
     return np.maximum(V, value) if fit.form == "linear_cubic" else value
+
+
+def _ratio(V: np.ndarray, absorbed: np.ndarray) -> np.ndarray:
+    """V / absorbed, and 1 where both vanish: the limit along ρ = 1."""
+    vanishes = absorbed <= 0
+    return np.where(vanishes, 1.0, V / np.where(vanishes, 1.0, absorbed))
 
 
 def coefficients_of_cubics(cubics: np.ndarray, albedos: np.ndarray) -> np.ndarray:

@@ -47,7 +47,7 @@ def test_what_is_masked_may_be_broken(broken):
     mask = np.array([[True, True], [True, False]])
     assert evaluate.mse(image, REFERENCE, mask=mask) == pytest.approx(5 / 3)
     assert evaluate.mse(image, REFERENCE, weights=mask.astype(float)) == pytest.approx(5 / 3)
-    with pytest.raises(ShapeError, match="1 of 4 compared values are NaN or infinite.*mask="):
+    with pytest.raises(ShapeError, match=r"1 of 4 compared values are NaN or infinite.*mask="):
         evaluate.rmse(image, REFERENCE)
 
 
