@@ -303,7 +303,9 @@ class TestOthers:
         header = {"displayWindow": corners, "dataWindow": data}
         path = write_exr(tmp_path / "o.exr", {"Z": Z, **vector("N", N)}, header)
         frame = gtao.PerspectiveCamera(WIDTH - 7, HEIGHT - 5, fx=FOCAL, cx=11.0 - 3, cy=10.5 - 2)
-        assert_scene(read_gbuffer(path, frame, normal_frame="view", window="data"))
+        whole = read_gbuffer(path, frame, normal_frame="view", window="data")
+        assert whole.camera == camera()
+        assert_scene(whole)
         g = read_gbuffer(path, frame, normal_frame="view")
         assert np.array_equal(g.view_z.numpy(), Z[2 : HEIGHT - 3, 3 : WIDTH - 4])
 
