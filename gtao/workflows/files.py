@@ -6,6 +6,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from gtao import io, render
 from gtao._version import __version__
 from gtao.camera import PerspectiveCamera, camera_from_dict
@@ -55,14 +57,14 @@ def render_scene(
         ConfigError: a parameter is out of range.
         ImageError: the output cannot be written.
     """
-    io.check_writable(output)
+    io.ensure_writable(output)
     scene = render.load_scene(source, resolution=resolution)
     g = render.gbuffer(scene, sensor, normals=normals)
     truth = render.visibility(scene, g, max_distance, spp, seed, sensor=sensor, progress=_step(progress, "visibility"))
     extra: dict[str, Any] = {
         "visibility.mean": truth.mean,
         "visibility.var": truth.variance,
-        "visibility.count": truth.count,
+        "visibility.count": np.where(g.mask.numpy(), np.float32(truth.count), np.float32(0)),
         "bent": truth.bent_normal,
     }
     if n_bounces:
@@ -76,7 +78,7 @@ def render_scene(
             normals=normals,
             progress=_step(progress, "transport"),
         )
-        extra["transport"] = transport.T
+        extra |= {f"transport.{i:02d}": image for i, image in enumerate(transport.T, start=1)}
     config = {
         "source": Path(source).name,
         "sensor": sensor,
@@ -90,7 +92,7 @@ def render_scene(
     io.write_gbuffer(output, g, extra=extra, manifest={"made_by": f"gtao {__version__} render", "config": config})
 
 
-def _camera(camera_file: Path | None, fov_y: float | None, source: Path, layer: str | None) -> Any:
+def _camera(camera_file: Path | None, fov_y: float | None, source: Path) -> Any:
     if camera_file is not None and fov_y is not None:
         raise ConfigError("give a camera file or a field of view, not both")
     if camera_file is not None:
@@ -104,7 +106,8 @@ def _camera(camera_file: Path | None, fov_y: float | None, source: Path, layer: 
             raise ConfigError(f"camera {camera_file} must hold a JSON object, got {type(data).__name__}")
         return camera_from_dict(data)
     if fov_y is not None:
-        width, height = io.image_size(source, layer=layer)
+        _, metadata = io.read_channels(source)
+        *_, width, height = metadata["display_window"]
         return PerspectiveCamera(width, height, fov_y)
     return None
 
@@ -142,8 +145,8 @@ def occlusion_file(
     config = method_from_options(method, settings)
     if output.resolve() == source.resolve():
         raise ImageError(f"output {output} is the input; choose another name")
-    io.check_writable(output)
-    camera = _camera(camera_file, fov_y, source, layer)
+    io.ensure_writable(output)
+    camera = _camera(camera_file, fov_y, source)
     g = io.read_gbuffer(source, camera, layer=layer, normals="derive" if derive_normals else "file")
     ao = ambient_occlusion(g, config, frame_index=frame_index)
     manifest = {

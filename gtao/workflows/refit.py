@@ -2,18 +2,17 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from gtao import fit, io, render
+from gtao import fit, io, plot, render
 from gtao.data.multibounce import JIMENEZ2016, MultibounceFit
 from gtao.errors import RecordError
 
-from . import report
 from .settings import RefitConfig
 from .transports import SceneData, collect
 from .views import scene_names
@@ -24,7 +23,10 @@ Report = Callable[[str, int, int], None]
 
 #: Every run tabulates these numbers of bounces, whatever its headline.
 TABULATED = (4.0, math.inf)
+#: Suffix of the file of each shading language.
 LANGUAGES = {"hlsl": "hlsl", "glsl": "glsl", "wgsl": "wgsl", "c": "h"}
+SHOWN_SHADER = "hlsl"
+PLOT_DPI = 110
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,19 +74,9 @@ def _samples(data: list[SceneData], config: RefitConfig) -> fit.Samples:
     return fit.Samples.from_transports([(d.name, d.transport) for d in data], regressors=regressors)
 
 
-def _fit(samples: fit.Samples, config: RefitConfig) -> Any:
-    return fit.multibounce(
-        samples,
-        bounces=config.bounces,
-        albedos=config.albedos,
-        form=config.form,
-        procedure=config.procedure,
-        constraints=config.constraints,
-        weighting=config.weighting,
-        n_bootstrap=config.n_bootstrap,
-        level=config.level,
-        seed=config.seed,
-    )
+def _fit(samples: fit.Samples, config: RefitConfig) -> fit.MultibounceResult:
+    settings = {f.name: getattr(config.fit, f.name) for f in fields(config.fit)}
+    return fit.multibounce(samples, **settings)
 
 
 def _scene_entry(d: SceneData, source: str) -> dict[str, Any]:
@@ -142,7 +134,7 @@ def refit(
     store = io.TransportCache(io.default_cache_directory() if cache is None else cache)
     data = collect(sources, config, store, progress)
 
-    compared = list(dict.fromkeys((config.bounces, *TABULATED)))
+    compared = list(dict.fromkeys((config.fit.bounces, *TABULATED)))
     steps = _Steps(progress, 3 + len(compared))
     samples = _samples(data, config)
     steps.next()
@@ -150,12 +142,18 @@ def refit(
     steps.next()
     tables = {}
     for bounces in compared:
-        tables[bounces] = fit.compare_forms(samples, bounces, albedos=config.albedos, weighting=config.weighting)
+        tables[bounces] = fit.compare_forms(
+            samples, bounces, albedos=config.fit.albedos, weighting=config.fit.weighting, include=config.fit
+        )
         steps.next()
 
+    shaders = {suffix: io.shader_code(result.fit, language) for language, suffix in LANGUAGES.items()}
+    diagnostics = fit.diagnose(samples, result)
+    figures = plot.refit_figures(result, tables, diagnostics)
+    figures["scenes"] = plot.image_row([d.visibility for d in data], [d.name for d in data])
     # From here on files change: without its record the directory counts as unfinished.
     record_path.unlink(missing_ok=True)
-    outputs = _write_outputs(output, samples, data, result, tables)
+    outputs = _write_outputs(output, result.fit, shaders, figures)
     record = io.provenance(["gtao", "refit"], seed=config.seed, config=config.to_dict()) | {
         "kind": "multibounce refit",
         "started": started.isoformat(timespec="seconds"),
@@ -166,7 +164,8 @@ def refit(
             "comparison": {_key(bounces): table.to_dict() for bounces, table in tables.items()},
         },
     }
-    report.write_html(output / "report.html", record, samples, data, result, tables)
+    page = plot.refit_report(result, tables, diagnostics, record=record, shader=shaders[SHOWN_SHADER], figures=figures)
+    io.write_text(output / "report.html", page)
     io.write_record(record_path, record, overwrite=True)
     steps.next()
     return RefitOutcome(result.fit, result, tables, record)
@@ -189,17 +188,15 @@ def _key(bounces: float) -> str:
     return "inf" if math.isinf(bounces) else f"{bounces:g}"
 
 
-def _write_outputs(
-    output: Path, samples: Any, data: list[SceneData], result: Any, tables: dict[float, Any]
-) -> list[str]:
+def _write_outputs(output: Path, fitted: MultibounceFit, shaders: dict[str, str], figures: dict[str, Any]) -> list[str]:
     """Coefficients, shader code and plots; the names of what was written."""
-    io.write_fit(output / "coefficients.json", result.fit)
+    io.write_fit(output / "coefficients.json", fitted)
     names = ["coefficients.json"]
-    for language, suffix in LANGUAGES.items():
+    for suffix, code in shaders.items():
         names.append(f"multibounce.{suffix}")
-        io.write_text(output / names[-1], io.shader_code(result.fit, language))
-    for name, figure in report.figures(samples, data, result, tables).items():
+        io.write_text(output / names[-1], code)
+    for name, figure in figures.items():
         names.append(f"{name}.png")
         with io.atomic_path(output / names[-1]) as path:
-            figure.savefig(path, format="png", dpi=120, metadata={"Software": None})
+            figure.savefig(path, format="png", dpi=PLOT_DPI, metadata={"Software": None})
     return names

@@ -1,11 +1,12 @@
 """What a refit is asked to do."""
 
 import math
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from typing import Any, Literal, get_args
 
 from gtao.config import GTAO
 from gtao.errors import ConfigError
+from gtao.fit import FitSettings
 
 __all__ = ["QUICK", "RefitConfig"]
 
@@ -44,9 +45,8 @@ class RefitConfig:
         n_bounces: surfaces that a path may meet; what is left inside then is extrapolated.
         normals: "shading" or "geometric".
         seed: of paths and bootstrap.
-        bounces: of the headline fit, counting the visible surface; the tables always hold 4 and inf as well.
-        form, procedure, constraints, weighting, n_bootstrap, level, albedos: of the headline fit, see
-            :func:`gtao.fit.multibounce`.
+        fit: the headline fit: form, bounces, procedure, constraints and the rest; the comparison of forms always
+            holds 4 and infinitely many bounces as well.
         regressor: "ray" fits on traced visibility; "screen" on what ``screen_method`` estimates from the depth
             buffer, which is what an engine feeds to the fit.
         screen_method: the estimator of the "screen" regressor.
@@ -64,14 +64,7 @@ class RefitConfig:
     n_bounces: int = 24
     normals: str = "shading"
     seed: int = 0
-    bounces: float = 4.0
-    form: str = "linear_cubic"
-    procedure: str = "joint"
-    constraints: tuple[str, ...] = ("unit_at_one",)
-    weighting: str = "scene"
-    n_bootstrap: int = 1000
-    level: float = 0.95
-    albedos: tuple[float, ...] = (0.1, 0.2, 0.3, 0.4, 0.5, 0.7, 0.9)
+    fit: FitSettings = field(default_factory=FitSettings)
     regressor: Regressor = "ray"
     screen_method: GTAO = field(default_factory=lambda: GTAO(n_slices=16, n_steps=32))
 
@@ -84,8 +77,8 @@ class RefitConfig:
             raise ConfigError("the fit maps cosine-weighted visibility; screen_method must use weighting='cosine'")
         if self.spp % self.n_batches:
             raise ConfigError(f"spp must be a multiple of {self.n_batches}, got {self.spp}")
-        if not math.isinf(self.bounces) and self.bounces > self.n_bounces:
-            raise ConfigError(f"bounces is {self.bounces:g}, but paths are traced through {self.n_bounces} only")
+        if not math.isinf(self.fit.bounces) and self.fit.bounces > self.n_bounces:
+            raise ConfigError(f"bounces is {self.fit.bounces:g}, but paths are traced through {self.n_bounces} only")
 
     @classmethod
     def from_options(cls, *, quick: bool = False, **options: Any) -> "RefitConfig":
@@ -95,7 +88,10 @@ class RefitConfig:
             values["bounces"] = parse_bounces(values["bounces"])
         if values.get("constraints") == ("none",):
             values["constraints"] = ()
-        return cls(**((QUICK if quick else {}) | values))
+        values = (QUICK if quick else {}) | values
+        of_fit = {f.name for f in fields(FitSettings)}
+        settings = FitSettings(**{name: value for name, value in values.items() if name in of_fit})
+        return cls(fit=settings, **{name: value for name, value in values.items() if name not in of_fit})
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for a record."""
