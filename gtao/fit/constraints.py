@@ -28,9 +28,10 @@ CONSTRAINTS = {
     "energy": "V' ≤ V + ρ(1 - V): no light out of nothing",
 }
 
-#: Cells of the grid; between its lines a constraint can be missed by the sagitta of a cell, V'' h²/8 ≈ 2e-5.
+#: Cells of the grid; between its lines a constraint can be missed by the sagitta of a cell, V'' h²/8 ≈ 2e-5. What is
+#: straight in the albedo needs its two ends only.
 VISIBILITY_CELLS = 256
-ALBEDO_CELLS = 10
+ALBEDO_CELLS = 32
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,12 +69,10 @@ def constraint_set(form: Polynomial | Rational, names: tuple[str, ...]) -> Const
         The equations and inequalities. A rational form always gets those that keep it finite: ρ(1 - V) κ(V) ≤
         1.
     """
-    V, rho = (
-        grid.ravel()
-        for grid in np.meshgrid(
-            np.linspace(0, 1, VISIBILITY_CELLS + 1), np.linspace(0, 1, ALBEDO_CELLS + 1), indexing="ij"
-        )
-    )
+    curved = isinstance(form, Polynomial) and max(m for _, m in form.terms) > 1
+    lines = np.linspace(0, 1, ALBEDO_CELLS + 1) if curved else np.array([0.0, 1.0])
+    grid = np.meshgrid(np.linspace(0, 1, VISIBILITY_CELLS + 1), lines, indexing="ij")
+    V, rho = (axis.ravel() for axis in grid)
     if isinstance(form, Polynomial):
         E, d = _unit_at_one(form) if "unit_at_one" in names else (np.zeros((0, form.n_coefficients)), np.zeros(0))
         rows = _polynomial_rows(form, names, V, rho)

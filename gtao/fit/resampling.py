@@ -63,13 +63,13 @@ def resample(samples: Samples, settings: FitSettings, solver: Solver, moments: M
     Raises:
         FitError: There is a single block of pixels, or too many draws leave the coefficients undetermined.
     """
+    if settings.n_bootstrap == 0:
+        return Draws(clusters="nothing", n_clusters=0)
     by_scene = len(samples.scenes) >= MIN_SCENES
     clusters = "scenes" if by_scene else "pixel blocks"
     if not by_scene:
         moments = _block_moments(samples, settings)
     n = len(moments.scene)
-    if settings.n_bootstrap == 0:
-        return Draws(clusters=clusters, n_clusters=n)
     strata = None if by_scene else moments.scene
     if n < 2 or (strata is not None and np.bincount(strata).min() < 2):
         raise FitError("a scene is too small to be cut into blocks for the bootstrap; use n_bootstrap=0")

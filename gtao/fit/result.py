@@ -27,7 +27,7 @@ class MultibounceResult:
         covariance: Of the coefficients, from the bootstrap, (P, P); None without bootstrap.
         cubics: a, b, c of the cubic of each albedo alone, (albedos, 3), under the same equations.
         cubic_errors: Their standard errors, or None.
-        clusters: What the bootstrap resampled: "scenes" or "pixel blocks".
+        clusters: What the bootstrap resampled: "scenes", "pixel blocks", or "nothing".
         n_clusters: How many of them there are.
         n_failed: Bootstrap draws that did not determine the coefficients and were left out.
         active: Inequalities that bind.

@@ -193,9 +193,15 @@ def _settings(result: Any) -> str:
         ["constraints", html.escape(", ".join(settings.constraints)) or "none"],
         ["constraints that bind", html.escape(", ".join(result.active)) or "none"],
         ["weighting", settings.weighting],
-        ["bootstrap", f"{settings.n_bootstrap} draws of {result.n_clusters} {result.clusters}, seed {settings.seed}"],
+        ["bootstrap", _bootstrap(result)],
     ]
     return _table(["setting", "value"], rows)
+
+
+def _bootstrap(result: Any) -> str:
+    if result.n_clusters == 0:
+        return "none"
+    return f"{result.settings.n_bootstrap} draws of {result.n_clusters} {result.clusters}, seed {result.settings.seed}"
 
 
 def _table(head: list[str], rows: list[list[str]], marks: list[str] | None = None) -> str:
