@@ -8,7 +8,7 @@ nearest texel, because interpolating there would hang a curtain over the silhoue
 
 import drjit as dr
 
-__all__ = ["EDGE_SLOPE", "affine_field", "linear", "nearest"]
+__all__ = ["EDGE_STEP", "affine_field", "linear", "nearest"]
 
 #: A step between neighbours that lies outside the slopes on its two sides by more than this many pixel footprints is
 #: a depth edge. Inside them it is a surface, smooth or creased: where two planes meet between two texels, the step is
