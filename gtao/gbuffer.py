@@ -14,6 +14,8 @@ __all__ = ["GBuffer"]
 
 #: Largest tolerated deviation of a normal's length from 1; half-float buffers reach 1e-3.
 UNIT_TOLERANCE = 5e-3
+#: Deviations up to this come from rounding a unit vector to float32.
+ROUNDING = 3e-7
 
 
 def to_tensor(value: Any, name: str, shape: tuple[int, ...]):
@@ -166,7 +168,9 @@ class GBuffer:
                 f"normal_v must be unit vectors: {dr.count(off)[0]} surface pixels are not"
                 f" (a length of {dr.gather(T.Float, length, dr.compress(off)[0])[0]:.4g}); normalise them first"
             )
-        n = dr.select(surface, n / dr.select(surface, length, 1), T.Array3(0, 0, 1))
+        # Unit vectors keep their bits, so that a file that is read and written again does not drift.
+        n = dr.select(surface & (abs(length - 1) > ROUNDING), n / length, n)
+        n = dr.select(surface, n, T.Array3(0, 0, 1))
         flat = dr.ravel(n)
         if not dr.grad_enabled(flat):
             dr.eval(flat)

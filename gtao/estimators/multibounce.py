@@ -40,7 +40,8 @@ def multibounce(visibility: Any, albedo: Any, fit: MultibounceFit = JIMENEZ2016)
         fit: published or refitted coefficients.
 
     Returns:
-        Tensor of the shape of ``albedo`` (of ``visibility`` for a number), in [0, 1].
+        Tensor of the shape of ``albedo`` (of ``visibility`` for a number), in [V, V + ρ (1 - V)]: bounces add light,
+        and no surface of albedo ρ under a white dome shines brighter than ρ.
 
     Raises:
         ShapeError: shapes do not match, an albedo lies outside [0, 1], or a visibility is NaN or negative.
@@ -72,5 +73,7 @@ def multibounce(visibility: Any, albedo: Any, fit: MultibounceFit = JIMENEZ2016)
         Float = type(V)
         coefficients = tuple(dr.opaque(Float, c) for c in fit.coefficients)
     f = evaluate(fit.form, coefficients, V, rho)
-    f = dr.select(f < 1, f, 1)
+    f = dr.select(f > V, f, V)
+    bound = dr.fma(rho, 1 - V, V)
+    f = dr.select(f < bound, f, bound)
     return dr.tensor_t(type(f))(f, out_shape)

@@ -25,22 +25,26 @@ def four_parameter(coefficients, V, rho):
     return dr.fma(rho * V * (1 - V), dr.fma(V, k1, k0) + rho * dr.fma(V, k3, k2), V)
 
 
+def _ratio(V, rho, denominator):
+    """V over the share of light that leaves; past the pole the energy bound V + ρ (1 - V) is all that limits it."""
+    return dr.select(denominator > 0, V / denominator, dr.fma(rho, 1 - V, V))
+
+
 def one_parameter(coefficients, V, rho):
     """V / (1 - κ ρ (1 - V)): an integrating sphere that keeps the share κ of the reflected light."""
     (kappa,) = coefficients
-    return V / (1 - kappa * rho * (1 - V))
+    return _ratio(V, rho, 1 - kappa * rho * (1 - V))
 
 
 def two_parameter(coefficients, V, rho):
     """V / (1 - ρ (1 - V) (κ0 + κ1 V))."""
     kappa0, kappa1 = coefficients
-    return V / (1 - rho * (1 - V) * dr.fma(V, kappa1, kappa0))
+    return _ratio(V, rho, 1 - rho * (1 - V) * dr.fma(V, kappa1, kappa0))
 
 
 def sphere(coefficients, V, rho):
-    """V / (1 - ρ (1 - V)): exact in an integrating sphere with open fraction V; 1 in the limit V → 0, ρ = 1."""
-    denominator = 1 - rho * (1 - V)
-    return dr.select(denominator > 0, V / denominator, 1)
+    """V / (1 - ρ (1 - V)): exact in an integrating sphere with open fraction V."""
+    return _ratio(V, rho, 1 - rho * (1 - V))
 
 
 def sphere_truncated(coefficients, V, rho):

@@ -92,7 +92,8 @@ def render_scene(
     io.write_gbuffer(output, g, extra=extra, manifest={"made_by": f"gtao {__version__} render", "config": config})
 
 
-def _camera(camera_file: Path | None, fov_y: float | None, source: Path) -> Any:
+def _camera(camera_file: Path | None, fov_y: float | None, source: Path) -> tuple[Any, Any]:
+    """The camera that the options describe, and the matrix from world to view frame if the file has one."""
     if camera_file is not None and fov_y is not None:
         raise ConfigError("give a camera file or a field of view, not both")
     if camera_file is not None:
@@ -104,12 +105,13 @@ def _camera(camera_file: Path | None, fov_y: float | None, source: Path) -> Any:
             raise ConfigError(f"camera {camera_file} is not JSON: {error}") from None
         if not isinstance(data, dict):
             raise ConfigError(f"camera {camera_file} must hold a JSON object, got {type(data).__name__}")
-        return camera_from_dict(data)
+        to_view = data.pop("to_view", None)
+        return camera_from_dict(data), to_view
     if fov_y is not None:
         _, metadata = io.read_channels(source)
         *_, width, height = metadata["display_window"]
-        return PerspectiveCamera(width, height, fov_y)
-    return None
+        return PerspectiveCamera(width, height, fov_y), None
+    return None, None
 
 
 def occlusion_file(
@@ -132,7 +134,8 @@ def occlusion_file(
         method: "gtao", or "published" for the papers' own settings.
         settings: options as ``key=value``.
         frame_index: of the noise.
-        camera_file: JSON of :meth:`gtao.PerspectiveCamera.to_dict`; needed where the file carries no camera.
+        camera_file: JSON of :meth:`gtao.PerspectiveCamera.to_dict`; needed where the file carries no camera. Its
+            optional key ``to_view`` holds the 4x4 matrix from world to view frame, for normals in world space.
         fov_y: vertical field of view in radians, in place of ``camera_file``.
         layer: layer to read.
         derive_normals: take normals from the depth, not from the file.
@@ -146,8 +149,9 @@ def occlusion_file(
     if output.resolve() == source.resolve():
         raise ImageError(f"output {output} is the input; choose another name")
     io.ensure_writable(output)
-    camera = _camera(camera_file, fov_y, source)
-    g = io.read_gbuffer(source, camera, layer=layer, normals="derive" if derive_normals else "file")
+    camera, to_view = _camera(camera_file, fov_y, source)
+    normals = "derive" if derive_normals else "file"
+    g = io.read_gbuffer(source, camera, to_view=to_view, layer=layer, normals=normals)
     ao = ambient_occlusion(g, config, frame_index=frame_index)
     manifest = {
         "made_by": f"gtao {__version__} occlusion",
