@@ -91,7 +91,9 @@ class RefitConfig:
         values = (QUICK if quick else {}) | values
         of_fit = {f.name for f in fields(FitSettings)}
         settings = FitSettings(**{name: value for name, value in values.items() if name in of_fit})
-        return cls(fit=settings, **{name: value for name, value in values.items() if name not in of_fit})
+        # The seed serves both.
+        rest = {name: value for name, value in values.items() if name not in of_fit or name == "seed"}
+        return cls(fit=settings, **rest)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for a record."""
