@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from gtao.errors import ShapeError
 
-from .style import INK, SIGNED, new_figure, styled
+from .style import INK, SIGNED, grid_shape, hide_unused, new_figure, styled
 
 __all__ = ["error_map", "image_row", "visibility_image"]
 
@@ -21,7 +21,13 @@ _HEIGHT = 2.6
 
 
 @styled
-def image_row(images: Sequence[Any], titles: Sequence[str] = (), *, limits: tuple[float, float] = (0.0, 1.0)) -> Figure:
+def image_row(
+    images: Sequence[Any],
+    titles: Sequence[str] = (),
+    *,
+    limits: tuple[float, float] = (0.0, 1.0),
+    columns: int = 6,
+) -> Figure:
     """Images side by side, in display encoding.
 
     Args:
@@ -29,6 +35,7 @@ def image_row(images: Sequence[Any], titles: Sequence[str] = (), *, limits: tupl
             NaN and infinity are drawn in a neutral colour.
         titles: One per image, or none.
         limits: Values that become black and white.
+        columns: Images in a row; more of them go into further rows.
 
     Returns:
         The figure.
@@ -41,10 +48,13 @@ def image_row(images: Sequence[Any], titles: Sequence[str] = (), *, limits: tupl
     if titles and len(titles) != len(images):
         raise ShapeError(f"got {len(titles)} titles for {len(images)} images; give one each, or none")
     pixels = [_displayed(image, limits) for image in images]
+    rows, columns = grid_shape(len(pixels), columns)
     ratios = [p.shape[1] / p.shape[0] for p in pixels]
-    figure = Figure(figsize=(_HEIGHT * sum(ratios), _HEIGHT + (0.3 if titles else 0)), layout="constrained")
-    axes = np.atleast_1d(np.asarray(figure.subplots(1, len(images), width_ratios=ratios)))
-    for i, (axis, shown) in enumerate(zip(axes, pixels, strict=True)):
+    widths = [max(ratios[column::columns]) for column in range(columns)]
+    height = rows * (_HEIGHT + (0.3 if titles else 0))
+    figure = Figure(figsize=(_HEIGHT * sum(widths), height), layout="constrained")
+    axes = np.asarray(figure.subplots(rows, columns, width_ratios=widths, squeeze=False))
+    for i, (axis, shown) in enumerate(zip(hide_unused(axes, len(pixels)), pixels, strict=True)):
         axis.imshow(shown, interpolation="nearest")
         axis.set_axis_off()
         if titles:

@@ -19,6 +19,7 @@ from .words import best_form, clusters_note, inside, noise_note, number, tail_no
 __all__ = ["refit_figures", "refit_report"]
 
 _CAPTIONS = {
+    "scenes": "The scenes: visibility, white is open.",
     "scatter": "All samples, and what the fit makes of them.",
     "comparison": "The refit beside the published coefficients.",
     "coefficients": "Cubics of single albedos, and the lines in the albedo through their coefficients.",
@@ -81,7 +82,7 @@ def refit_report(
         diagnostics: A :class:`gtao.fit.Diagnostics` of the result.
         record: Provenance, shown folded.
         shader: Shader code of the fit, shown folded.
-        figures: From :func:`refit_figures`; drawn if left out.
+        figures: From :func:`refit_figures`, drawn if left out; and, as "scenes", a picture of the scenes.
         title: Heading.
 
     Returns:
@@ -91,7 +92,7 @@ def refit_report(
     settings = result.settings
     table = compared[settings.bounces]
     sections = [
-        _headline(result, table),
+        _headline(result, table, _figure("scenes", figures)),
         _section("Coefficients", _coefficients(result), *_notes(result)),
         _section(
             "Forms",
@@ -114,7 +115,7 @@ def _paragraph(text: str) -> str:
     return f"<p>{html.escape(text)}</p>" if text else ""
 
 
-def _headline(result: Any, table: Any) -> str:
+def _headline(result: Any, table: Any, scenes: str) -> str:
     settings = result.settings
     published, ours = table["published"], table[settings.label]
     tiles = [
@@ -128,7 +129,7 @@ def _headline(result: Any, table: Any) -> str:
     lead = f"{settings.label}, {bounces_text(settings.bounces)}, {len(table.scenes)} scenes"
     return (
         f"<section><p class=lead>{html.escape(lead)}</p><div class=tiles>{cells}</div>"
-        f"{_paragraph(verdict(table, settings.label))}{_paragraph(best_form(table))}</section>"
+        f"{_paragraph(verdict(table, settings.label))}{_paragraph(best_form(table))}{scenes}</section>"
     )
 
 

@@ -21,6 +21,7 @@ __all__ = [
     "SIGNED",
     "albedo_colours",
     "grid_shape",
+    "hide_unused",
     "new_figure",
     "styled",
 ]

@@ -183,8 +183,12 @@ class Checker(HTMLParser):
 def test_report_says_what_was_found(parts):
     result, tables, d = parts
     record = {"command": "gtao refit <x>", "seed": 0}
-    page = plot.refit_report(result, tables, d, record=record, shader="return V < 1 ? f : V;", title="A & B")
-    Checker().check(page, n_images=8)
+    figures = plot.refit_figures(result, tables, d) | {"scenes": plot.visibility_image(np.eye(3))}
+    page = plot.refit_report(
+        result, tables, d, record=record, shader="return V < 1 ? f : V;", figures=figures, title="A & B"
+    )
+    Checker().check(page, n_images=9)
+    assert "The scenes: visibility" in page
     assert "<title>A &amp; B</title>" in page
     assert "&lt;stairs &amp; co&gt;" in page
     assert "<stairs" not in page

@@ -44,6 +44,13 @@ def test_a_row_keeps_order_titles_and_proportions():
     assert widths[0] / widths[1] == pytest.approx(2, rel=0.05)
 
 
+def test_long_rows_are_broken():
+    figure = plot.image_row([np.zeros((2, 2))] * 5, list("abcde"), columns=3)
+    shown = [a for a in figure.axes if a.get_images()]
+    assert [a.get_title(loc="left") for a in shown] == list("abcde")
+    assert [a.get_subplotspec().rowspan.start for a in shown] == [0, 0, 0, 1, 1]
+
+
 def test_error_map_is_symmetric_about_zero():
     error = np.array([[-0.1, 0.3], [np.nan, 0.0]])
     image = plot.error_map(error, "estimate − truth").axes[0].get_images()[0]
