@@ -100,7 +100,7 @@ def _target_size(resolution: Resolution, crop: list[int]) -> list[int]:
 def _resized(scene: Any, resolution: Resolution | None) -> Any:
     """Change the size of every crop window, and of the film around it in proportion."""
     for sensor in scene.sensors() if resolution is not None else ():
-        parameters = mi.traverse(sensor)
+        parameters: Any = mi.traverse(sensor)
         film, crop, offset = (
             [int(v) for v in parameters[f"film.{name}"]] for name in ("size", "crop_size", "crop_offset")
         )

@@ -35,13 +35,12 @@ def ray_flags(normals: str) -> int:
 def facing_normal(si: Any, direction: Any, normals: str) -> Any:
     """Normal of a hit on the side that the ray came from, as a two-sided BSDF sees it.
 
-    Meshes may carry zero-length vertex normals, which interpolate to NaN; the geometric normal stands in
-    there.
+    Meshes may carry zero-length vertex normals, which interpolate to NaN; the geometric normal stands in there.
     """
     n = mi.Normal3f(si.n)
     if normals == "shading":
         shading = mi.Normal3f(si.sh_frame.n)
-        n = dr.select(dr.isfinite(dr.squared_norm(shading)), shading, n)
+        n = dr.select(dr.squared_norm(shading) > 0.5, shading, n)
     return dr.select(dr.dot(n, direction) > 0, -n, n)
 
 

@@ -62,7 +62,7 @@ def camera_from_sensor(sensor: Any) -> tuple[PerspectiveCamera | OrthographicCam
     view_to_world[:3, :3] = axes * _VIEW_FROM_LOCAL
     view_to_world[:3, 3] = origin
 
-    parameters = mi.traverse(sensor)
+    parameters: Any = mi.traverse(sensor)
     film_width, film_height = (int(v) for v in parameters["film.size"])
     x0, y0 = (int(v) for v in parameters["film.crop_offset"])
     width, height = (int(v) for v in parameters["film.crop_size"])

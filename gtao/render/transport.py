@@ -41,7 +41,8 @@ def transport(
 
     Emitters and materials are ignored, all surfaces are two-sided and diffuse, every direction that meets no
     surface sees the dome. The estimate is what Mitsuba's ``path`` integrator computes for that scene with
-    ``max_depth = n_bounces + 1``, at all albedos at once.
+    ``max_depth = n_bounces + 1``, at all albedos at once. Pixels where only one of scene and ``g`` has a surface
+    count as background. The counts take ``2 n_batches n_bounces`` bytes per pixel, other memory is bounded.
 
     Args:
         scene: ``mitsuba.Scene``; see :func:`gtao.render.load_scene`.

@@ -2,7 +2,10 @@
 
 from dataclasses import dataclass
 
+import mitsuba as mi
 import numpy as np
+
+from gtao import display
 
 __all__ = ["Transport"]
 
@@ -68,6 +71,9 @@ class Transport:
         squares = sum(np.square(batch, dtype=np.int64) for batch in self.escaped)
         between = (self.n_batches * squares - total**2) / (self.n_batches - 1)
         return self._image(between / self.spp**2, 0.0)
+
+    def _repr_png_(self) -> bytes:
+        return display.grey_png(mi.TensorXf(self.visibility))
 
     def __repr__(self) -> str:
         return f"Transport({self.width}x{self.height}, {self.n_bounces} bounces, {self.spp} walks per pixel)"

@@ -74,7 +74,9 @@ def visibility(
 
     Every shape occludes, whatever its BSDF or emission, and so does the surface itself where a normal leans so
     far that directions about it point below the geometric surface. Start points are found anew in the scene, so
-    a rounded depth in ``g`` does no harm; directions are drawn about the normals of ``g``.
+    a rounded depth in ``g`` does no harm; directions are drawn about the normals of ``g``. Pixels where only one of
+    the two has a surface count as background. As Mitsuba's own, rays start 9e-5 (1 + |p|) off the surface for a
+    largest coordinate |p|: scale up scenes much smaller than one unit.
 
     Args:
         scene: ``mitsuba.Scene``; see :func:`gtao.render.load_scene`.

@@ -45,15 +45,23 @@ def test_fewer_bounces(transported, n_bounces):
     assert_same_mean(stock.mean(1), batches(t, 0.8, n_bounces).mean(1))
 
 
-def test_one_bounce_and_smooth_normals():
-    """A coarse mesh with smooth normals: the stock tracer's treatment of them is ours."""
+def _coarse_ball():
     vertices, faces = S.sphere_grid(10, 14)
-    d = S.scene(
-        S.perspective((0, -4, 1), (0, 0, 0), size=(SIZE, SIZE)),
-        ball=S.mesh(vertices, faces, normals=vertices),
-        ground=S.cube([-5, -5, -2], [5, 5, -1]),
-    )
-    scene = render.load_scene(d)
+    return {"ball": S.mesh(vertices, faces, normals=vertices), "ground": S.cube([-5, -5, -2], [5, 5, -1])}
+
+
+def _leaning_floor():
+    """A flat floor whose normals lean by 40 degrees, towards a wall on one side."""
+    corners = np.array([[-4, -4, 0], [4, -4, 0], [4, 4, 0], [-4, 4, 0]], float)
+    lean = np.tile([np.sin(0.7), 0.0, np.cos(0.7)], (4, 1))
+    floor = S.mesh(corners, [[0, 1, 2], [0, 2, 3]], normals=lean)
+    return {"floor": floor, "wall": S.cube([1, -3, -1], [1.5, 3, 2]), "block": S.cube([-1, 0.5, -1], [0, 2, 0.6])}
+
+
+@pytest.mark.parametrize("shapes", [_coarse_ball, _leaning_floor])
+def test_smooth_normals(shapes):
+    """The stock tracer's treatment of normals that are not those of the faces is ours, at every bounce."""
+    scene = render.load_scene(S.scene(S.perspective((0, -4, 1), (0, 0, 0), size=(SIZE, SIZE)), **shapes()))
     t = render.transport(scene, n_bounces=3, spp=SPP, seed=1, n_batches=BATCHES)
     stock = _path.reflected(scene, 0.8, 3, SPP, BATCHES, seed=2).reshape(BATCHES, -1)[:, t.pixel]
     ours = batches(t, 0.8, 3)

@@ -38,6 +38,14 @@ def test_any_aligned_block_of_a_longer_run_is_stratified_too():
             assert len(set(np.floor(block[:, 0] * 8))) == len(set(np.floor(block[:, 1] * 8))) == 8
 
 
+def test_places_within_the_strata_are_random():
+    n, n_pixels = 32, 500
+    place = (points(n, n_pixels) * n) % 1
+    # Variance of a uniform number, 1/12; its estimates from so many numbers spread by sqrt(1/180 / count).
+    tolerance = 6 * np.sqrt(1 / 180 / (n * n_pixels))
+    np.testing.assert_allclose(place.var(1, ddof=1).mean(0), 1 / 12, atol=tolerance)
+
+
 def test_one_point_is_uniform_over_pixels_and_over_batches():
     over_pixels = points(1, n_pixels=4096)[:, 0]
     over_batches = np.concatenate([points(1, n_pixels=16, batch=b)[:, 0] for b in range(256)])
@@ -56,7 +64,8 @@ PAIRS = {
     "pixels one row apart": ({}, {}, 64),
     "batches": ({}, {"batch": 1}, 0),
     "bounces": ({}, {"bounce": 1}, 0),
-    "bounce and pixel": ({}, {"bounce": 1}, 1),
+    "next bounce and pixel": ({}, {"bounce": 1}, 1),
+    "next bounce of the pixel before": ({"bounce": 1}, {}, 1),
     "seeds": ({}, {"seed": 1}, 0),
     "high bits of the seed": ({"seed": 5}, {"seed": 5 + (1 << 40)}, 0),
     "seed and batch exchanged": ({"seed": 1, "batch": 2}, {"seed": 2, "batch": 1}, 0),
@@ -70,6 +79,16 @@ def test_streams_are_uncorrelated(first, second, shift):
     r = np.corrcoef(a.reshape(len(a), -1).T, b.reshape(len(b), -1).T)[:8, 8:]
     limit = stats.norm.ppf(1 - FALSE_ALARM / 2 / r.size)
     assert np.abs(r).max() * np.sqrt(len(a)) < limit
+
+
+def test_points_of_two_bounces_are_paired_at_random():
+    """In the order of the sequence, the halves that the points of two bounces fall into would always agree or never."""
+    n, n_pixels = 32, 2000
+    first, second = (points(n, n_pixels, bounce=b)[..., 0] < 0.5 for b in (0, 1))
+    agreement = (first == second).mean(1)
+    # Of two consecutive points one lies in either half, and which comes first is a coin flip for each bounce: the
+    # pairs agree or not by n/2 coin flips. Six standard errors of a variance.
+    assert agreement.var() == pytest.approx(1 / (2 * n), rel=6 * np.sqrt(2 / n_pixels))
 
 
 def test_smooth_integrals_converge_faster_than_with_random_points():

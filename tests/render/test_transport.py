@@ -236,3 +236,4 @@ def test_bad_requests():
         render.transport(scene, sensor=3)
     t = render.transport(scene, n_bounces=2, spp=16)
     assert repr(t) == "Transport(24x24, 2 bounces, 16 walks per pixel)"
+    assert t._repr_png_().startswith(b"\x89PNG")
