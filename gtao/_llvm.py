@@ -55,10 +55,10 @@ class Choice:
 def major_from_name(path: str | os.PathLike) -> int:
     """Major version read from a library's file name or from the name its links resolve to; 0 if neither tells."""
     for candidate in (Path(path), Path(os.path.realpath(path))):
-        if match := _NAME.match(candidate.name):
-            # Debian names old releases libLLVM-15.so.1: the number after the dash is the version, not the suffix.
-            if number := match["dash"] or match["dot"]:
-                return int(number)
+        match = _NAME.match(candidate.name)
+        # Debian names old releases libLLVM-15.so.1: the number after the dash is the version, not the suffix.
+        if match and (number := match["dash"] or match["dot"]):
+            return int(number)
     return 0
 
 
