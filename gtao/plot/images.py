@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from gtao.errors import ShapeError
 
-from .style import INK, SIGNED, grid_shape, hide_unused, new_figure, styled
+from .style import INK, SIGNED, ShownFigure, grid_shape, hide_unused, new_figure, styled
 
 __all__ = ["error_map", "image_row", "visibility_image"]
 
@@ -52,7 +52,7 @@ def image_row(
     ratios = [p.shape[1] / p.shape[0] for p in pixels]
     widths = [max(ratios[column::columns]) for column in range(columns)]
     height = rows * (_HEIGHT + (0.3 if titles else 0))
-    figure = Figure(figsize=(_HEIGHT * sum(widths), height), layout="constrained")
+    figure = ShownFigure(figsize=(_HEIGHT * sum(widths), height), layout="constrained")
     axes = np.asarray(figure.subplots(rows, columns, width_ratios=widths, squeeze=False))
     for i, (axis, shown) in enumerate(zip(hide_unused(axes, len(pixels)), pixels, strict=True)):
         axis.imshow(shown, interpolation="nearest")

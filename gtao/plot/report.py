@@ -2,7 +2,6 @@
 
 import base64
 import html
-import io
 import json
 from collections.abc import Mapping
 from typing import Any
@@ -14,6 +13,7 @@ from gtao.data.multibounce import JIMENEZ2016
 from . import fits, tables
 from .fits import bounces_text
 from .page import PAGE
+from .style import png_bytes
 from .words import best_form, clusters_note, inside, noise_note, number, tail_note, verdict
 
 __all__ = ["refit_figures", "refit_report"]
@@ -219,9 +219,7 @@ def _figure(name: str, figures: Mapping[str, Figure]) -> str:
 
 
 def _image(figure: Figure, caption: str) -> str:
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=130, metadata={"Software": None})
-    data = base64.b64encode(buffer.getvalue()).decode()
+    data = base64.b64encode(png_bytes(figure, dpi=130)).decode()
     text = html.escape(caption)
     width = round(_PIXELS_PER_INCH * figure.get_figwidth())
     image = f'<img alt="{text}" width={width} src="data:image/png;base64,{data}">'

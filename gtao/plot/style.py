@@ -1,5 +1,6 @@
 """One look for all figures: Okabe and Ito's colour-blind-safe palette, thin axes, no state outside the figure."""
 
+import io
 from collections.abc import Callable
 from functools import wraps
 from typing import Any, TypeVar
@@ -19,10 +20,12 @@ __all__ = [
     "PUBLISHED",
     "REFIT",
     "SIGNED",
+    "ShownFigure",
     "albedo_colours",
     "grid_shape",
     "hide_unused",
     "new_figure",
+    "png_bytes",
     "styled",
 ]
 
@@ -83,6 +86,20 @@ def styled(draw: F) -> F:
     return inside  # pyright: ignore[reportReturnType]
 
 
+class ShownFigure(Figure):
+    """A figure that shows itself in a notebook, with no backend chosen."""
+
+    def _repr_png_(self) -> bytes:
+        return png_bytes(self)
+
+
+def png_bytes(figure: Figure, dpi: int = 110) -> bytes:
+    """The figure as a PNG file, the same bytes each time."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=dpi, metadata={"Software": None})
+    return buffer.getvalue()
+
+
 def new_figure(rows: int, columns: int, *, cell: tuple[float, float], **kwargs: Any) -> tuple[Figure, np.ndarray]:
     """A figure that belongs to no window, and its axes, (rows, columns).
 
@@ -95,7 +112,7 @@ def new_figure(rows: int, columns: int, *, cell: tuple[float, float], **kwargs: 
     Returns:
         Figure and axes.
     """
-    figure = Figure(figsize=(cell[0] * columns, cell[1] * rows), layout="constrained")
+    figure = ShownFigure(figsize=(cell[0] * columns, cell[1] * rows), layout="constrained")
     return figure, np.asarray(figure.subplots(rows, columns, squeeze=False, **kwargs))
 
 

@@ -213,6 +213,15 @@ def test_figures_leave_the_users_settings_alone(parts):
     assert dict(mpl.rcParams) == before
 
 
+def test_figures_show_themselves_and_are_the_same_each_time(parts):
+    _, _, d = parts
+    first, second = (plot.comparison(d)._repr_png_() for _ in range(2))
+    assert first.startswith(b"\x89PNG")
+    assert first == second
+    assert first != plot.coverage(d)._repr_png_()
+    assert plot.visibility_image(np.eye(3))._repr_png_().startswith(b"\x89PNG")
+
+
 def test_no_window_system_is_loaded():
     code = (
         "import gtao.plot, sys, numpy as np; gtao.plot.visibility_image(np.eye(3)).savefig('/dev/null', format='png');"
