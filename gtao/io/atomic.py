@@ -86,6 +86,15 @@ def _prepare(path: str | os.PathLike, error: type[GtaoError]) -> tuple[Path, Pat
     return target, partial
 
 
+def _missing_folders(path: str | os.PathLike) -> list[Path]:
+    """Folders that writing ``path`` would make, the deepest first."""
+    try:
+        folders = Path(path).resolve().parents
+    except (OSError, RuntimeError, ValueError):  # no place to write to, as _prepare will say
+        return []
+    return [folder for folder in folders if not os.path.exists(folder)]
+
+
 @contextlib.contextmanager
 def atomic_path(path: str | os.PathLike, *, error: type[GtaoError] = ImageError) -> Iterator[Path]:
     """Write a file under a temporary name and move it to ``path`` when it is complete.
@@ -122,11 +131,19 @@ def atomic_path(path: str | os.PathLike, *, error: type[GtaoError] = ImageError)
 def ensure_writable(path: str | os.PathLike, *, error: type[GtaoError] = ImageError) -> None:
     """Raise now, before hours of work, what :func:`atomic_path` would raise for ``path`` at their end.
 
+    Nothing stays behind: folders that the trial needed are removed again.
+
     Raises:
         error: as for :func:`atomic_path`.
     """
-    _, partial = _prepare(path, error)
-    partial.unlink(missing_ok=True)
+    missing = _missing_folders(path)
+    try:
+        _, partial = _prepare(path, error)
+        partial.unlink(missing_ok=True)
+    finally:
+        for folder in missing:
+            with contextlib.suppress(OSError):
+                folder.rmdir()
 
 
 def write_text(path: str | os.PathLike, text: str, *, error: type[GtaoError] = ImageError) -> None:

@@ -1,5 +1,6 @@
 """Transport images are kept under the hash of everything that they depend on."""
 
+import contextlib
 import hashlib
 import json
 import os
@@ -17,12 +18,12 @@ from .transport import StoredTransport, read_transport, write_transport
 __all__ = ["TransportCache", "default_cache_directory"]
 
 
-def _can_write(directory: Path) -> bool:
-    try:
-        ensure_writable(directory / ".probe", error=RecordError)
-    except RecordError:
-        return False
-    return True
+def _writable(directory: Path) -> Path:
+    """``directory``, made if missing; it stays, lest processes that start together remove it from one another."""
+    with contextlib.suppress(OSError, ValueError):
+        directory.mkdir(parents=True, exist_ok=True)
+    ensure_writable(directory / ".probe", error=RecordError)
+    return directory
 
 
 def default_cache_directory() -> Path:
@@ -36,16 +37,16 @@ def default_cache_directory() -> Path:
     """
     own = os.environ.get("GTAO_CACHE_DIR")
     if own:
-        ensure_writable(Path(own) / ".probe", error=RecordError)
-        return Path(own)
+        return _writable(Path(own))
     base = os.environ.get("XDG_CACHE_HOME")
     try:
         # XDG: a relative path is to be ignored.
         directory = (Path(base) if base and os.path.isabs(base) else Path.home() / ".cache") / "gtao"
     except RuntimeError:  # no home
         directory = None
-    if directory is not None and _can_write(directory):
-        return directory
+    if directory is not None:
+        with contextlib.suppress(RecordError):
+            return _writable(directory)
     return Path(tempfile.gettempdir()) / "gtao-cache"
 
 
@@ -55,7 +56,10 @@ class TransportCache:
     Several processes may share a directory: an entry appears whole or not at all.
 
     Args:
-        directory: where the entries lie; made when the first one is put.
+        directory: where the entries lie; made if missing.
+
+    Raises:
+        RecordError: the directory cannot be written.
 
     Attributes:
         directory: as given.
@@ -63,7 +67,7 @@ class TransportCache:
     """
 
     def __init__(self, directory: str | os.PathLike):
-        self.directory = Path(directory)
+        self.directory = _writable(Path(directory))
         self.damaged: list[str] = []
 
     def path(self, key: Mapping[str, Any]) -> Path:
