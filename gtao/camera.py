@@ -252,9 +252,11 @@ def camera_from_dict(data: dict[str, Any]) -> Camera:
     kinds = {c.kind: c for c in (PerspectiveCamera, OrthographicCamera)}
     data = dict(data)
     kind = data.pop("type", None)
-    if kind not in kinds:
+    if not isinstance(kind, str) or kind not in kinds:
         raise ConfigError(f"camera type must be one of {', '.join(kinds)}, got {kind!r}")
     try:
         return kinds[kind](**data)
-    except TypeError as error:
+    except ConfigError:
+        raise
+    except (TypeError, ValueError, OverflowError) as error:
         raise ConfigError(f"bad {kind} camera: {error}") from None
