@@ -1,4 +1,4 @@
-"""What is asked of a multi-bounce fit, checked before anything is computed."""
+"""What is asked of a multi-bounce fit, checked before anything is traced."""
 
 from dataclasses import dataclass, replace
 
@@ -34,7 +34,11 @@ TWO_STEP_CONSTRAINTS = {"zero_at_zero", "unit_at_one"}
 
 @dataclass(frozen=True, kw_only=True)
 class FitSettings:
-    """The arguments of :func:`gtao.fit.multibounce`, which explains them."""
+    """The arguments of :func:`gtao.fit.multibounce`, which explains them.
+
+    Raises:
+        ConfigError: A value outside its range, or a combination that makes no sense.
+    """
 
     form: str = "linear_cubic"
     bounces: float = 4
@@ -45,6 +49,29 @@ class FitSettings:
     n_bootstrap: int = 1000
     level: float = 0.95
     seed: int = 0
+
+    def __post_init__(self) -> None:
+        fitted_form(self.form)
+        if isinstance(self.constraints, str):
+            raise ConfigError(f"constraints must be a tuple of names, got the string {self.constraints!r}")
+        unknown = [name for name in self.constraints if name not in CONSTRAINTS]
+        if unknown:
+            raise ConfigError(
+                f"unknown constraint {', '.join(map(repr, unknown))}; choose from {', '.join(CONSTRAINTS)}"
+            )
+        for name, choices in (("procedure", PROCEDURES), ("weighting", WEIGHTINGS)):
+            if getattr(self, name) not in choices:
+                raise ConfigError(f"unknown {name} {getattr(self, name)!r}; choose one of {', '.join(choices)}")
+        if self.procedure == "two-step":
+            if self.form != "linear_cubic":
+                raise ConfigError(f"procedure 'two-step' fits 'linear_cubic' only, got {self.form!r}; use 'joint'")
+            extra = sorted(set(self.constraints) - TWO_STEP_CONSTRAINTS)
+            if extra:
+                raise ConfigError(f"procedure 'two-step' cannot hold {', '.join(extra)}; use 'joint'")
+        if self.n_bootstrap < 0 or self.n_bootstrap == 1:
+            raise ConfigError(f"n_bootstrap must be 0 (none) or at least 2, got {self.n_bootstrap}")
+        if not 0 < self.level < 1:
+            raise ConfigError(f"level must lie in (0, 1), got {self.level}; 0.95 is usual")
 
     @property
     def label(self) -> str:
@@ -57,36 +84,17 @@ class FitSettings:
 
 
 def check(samples: Samples, settings: FitSettings) -> FitSettings:
-    """Check settings against each other and against the samples.
+    """Check settings against the samples.
 
     Returns:
         The settings with plain numbers in them.
 
     Raises:
-        ConfigError: A value outside its range, or a combination that makes no sense.
+        ConfigError: More bounces than were counted, or albedos outside (0, 1) or too few for the form.
     """
-    form = fitted_form(settings.form)
     albedos = samples.check(settings.bounces, settings.albedos)
-    if isinstance(settings.constraints, str):
-        raise ConfigError(f"constraints must be a tuple of names, got the string {settings.constraints!r}")
-    unknown = [name for name in settings.constraints if name not in CONSTRAINTS]
-    if unknown:
-        raise ConfigError(f"unknown constraint {', '.join(map(repr, unknown))}; choose from {', '.join(CONSTRAINTS)}")
-    for name, choices in (("procedure", PROCEDURES), ("weighting", WEIGHTINGS)):
-        if getattr(settings, name) not in choices:
-            raise ConfigError(f"unknown {name} {getattr(settings, name)!r}; choose one of {', '.join(choices)}")
-    if settings.procedure == "two-step":
-        if settings.form != "linear_cubic":
-            raise ConfigError(f"procedure 'two-step' fits 'linear_cubic' only, got {settings.form!r}; use 'joint'")
-        extra = sorted(set(settings.constraints) - TWO_STEP_CONSTRAINTS)
-        if extra:
-            raise ConfigError(f"procedure 'two-step' cannot hold {', '.join(extra)}; use 'joint'")
-    if isinstance(form, Polynomial) and albedos.size < 2:
+    if isinstance(fitted_form(settings.form), Polynomial) and albedos.size < 2:
         raise ConfigError(f"form {settings.form!r} needs at least 2 albedos, got {albedos.tolist()}")
-    if settings.n_bootstrap < 0 or settings.n_bootstrap == 1:
-        raise ConfigError(f"n_bootstrap must be 0 (none) or at least 2, got {settings.n_bootstrap}")
-    if not 0 < settings.level < 1:
-        raise ConfigError(f"level must lie in (0, 1), got {settings.level}; 0.95 is usual")
     return replace(
         settings,
         bounces=float(settings.bounces),
