@@ -21,6 +21,9 @@ app = typer.Typer(
 )
 _out, _err = Console(), Console(stderr=True)
 
+#: A square image of more pixels is not read from files either, and memory would end the process without a word.
+MAX_SIDE = 16384
+
 
 class Bars:
     """One progress bar per task, on standard error; a workflow reports ``(task, done, total)``."""
@@ -39,7 +42,9 @@ class Bars:
         self._progress.start()
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        # What failed leaves its error behind, and no bars.
+        self._progress.live.transient = kind is not None
         self._progress.stop()
 
     def __call__(self, task: str, done: int, total: int) -> None:
@@ -122,7 +127,9 @@ def render(
     scene: Annotated[str, typer.Argument(help="Mitsuba .xml file, or name of an embedded scene.")],
     output: OutputExr,
     sensor: Sensor = 0,
-    resolution: Annotated[int | None, typer.Option(min=1, help="Longer side in pixels; default: the scene's.")] = None,
+    resolution: Annotated[
+        int | None, typer.Option(min=1, max=MAX_SIDE, help="Longer side in pixels; default: the scene's.")
+    ] = None,
     normals: Normals = "shading",
     spp: Samples = 256,
     max_distance: Annotated[
@@ -195,7 +202,9 @@ def refit(
     ),
     also_embedded: Annotated[bool, typer.Option(help="Fit the embedded scenes together with yours.")] = False,
     quick: Annotated[bool, typer.Option("--quick", help="Small and noisy: a smoke run.")] = False,
-    resolution: Annotated[int | None, typer.Option(min=8, help="Longer side of the images in pixels.")] = None,
+    resolution: Annotated[
+        int | None, typer.Option(min=8, max=MAX_SIDE, help="Longer side of the images in pixels.")
+    ] = None,
     spp: Annotated[int | None, typer.Option(min=16, help="Paths per pixel.")] = None,
     bounces: Annotated[str, typer.Option(help="Bounces of the headline fit: 3, 4, … or inf.")] = "4",
     form: Annotated[str, typer.Option(help="Form of the headline fit.")] = "linear_cubic",
