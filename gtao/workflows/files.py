@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ import numpy as np
 from gtao import io, render
 from gtao._version import __version__
 from gtao.camera import PerspectiveCamera, camera_from_dict
-from gtao.errors import ConfigError, ImageError
+from gtao.errors import ConfigError, ImageError, SceneError
 from gtao.estimators import ambient_occlusion
 
 from .options import method_from_options
@@ -53,13 +54,15 @@ def render_scene(
         progress: called as ``progress(task, done, total)``.
 
     Raises:
-        SceneError: the scene cannot be loaded or has no such camera.
+        SceneError: the scene cannot be loaded, has no such camera, or shows no surface.
         ConfigError: a parameter is out of range.
         ImageError: the output cannot be written.
     """
     io.ensure_writable(output)
     scene = render.load_scene(source, resolution=resolution)
     g = render.gbuffer(scene, sensor, normals=normals)
+    if not g.mask.numpy().any():
+        raise SceneError(f"no pixel of scene {source} shows a surface; point its camera at one")
     truth = render.visibility(scene, g, max_distance, spp, seed, sensor=sensor, progress=_step(progress, "visibility"))
     extra: dict[str, Any] = {
         "visibility.mean": truth.mean,
@@ -146,7 +149,7 @@ def occlusion_file(
         ShapeError: depth or normals are not what they should be.
     """
     config = method_from_options(method, settings)
-    if output.resolve() == source.resolve():
+    if os.path.realpath(output) == os.path.realpath(source):
         raise ImageError(f"output {output} is the input; choose another name")
     io.ensure_writable(output)
     camera, to_view = _camera(camera_file, fov_y, source)

@@ -82,7 +82,7 @@ def _fit(samples: fit.Samples, config: RefitConfig) -> fit.MultibounceResult:
 def _scene_entry(d: SceneData, source: str) -> dict[str, Any]:
     """What a record says of one scene: where it came from, as a hash, and what its visibilities look like."""
     v = d.transport.escaped[:, 0].sum(0, dtype=np.int64) / d.transport.spp
-    if d.name == source:
+    if source in render.scenes.names():
         origin = {"path": f"embedded:{d.name}", "sha256": d.fingerprints[0]}
     else:
         origin = io.file_entry(source)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from gtao import render
+from gtao.errors import SceneError
 from gtao.estimators import ambient_occlusion
 
 from .settings import RefitConfig
@@ -134,6 +135,8 @@ def collect(sources: dict[str, str], config: RefitConfig, cache: Any, progress: 
             transports.append(transport)
             screens.append(screen)
             fingerprints.append(fingerprint)
+        if not any(transport.pixel.size for transport in transports):
+            raise SceneError(f"no pixel of scene {source} shows a surface; point its camera at one")
         data.append(
             SceneData(
                 name=name,

@@ -2,28 +2,13 @@
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from gtao import render
 from gtao.errors import SceneError
 
-__all__ = ["View", "open_scene", "scene_names"]
-
-
-@dataclass(frozen=True)
-class View:
-    """One camera of one scene."""
-
-    scene_name: str
-    source: str
-    sensor: int
-    fingerprint: str
-
-    @property
-    def name(self) -> str:
-        return f"{self.scene_name}, camera {self.sensor}"
+__all__ = ["open_scene", "scene_names"]
 
 
 def scene_names(sources: Sequence[str]) -> dict[str, str]:
@@ -35,18 +20,22 @@ def scene_names(sources: Sequence[str]) -> dict[str, str]:
     Raises:
         SceneError: a source is given twice.
     """
-    if len(set(sources)) < len(sources):
-        twice = sorted({s for s in sources if sources.count(s) > 1})
-        raise SceneError(f"scenes given more than once: {', '.join(twice)}")
+    embedded = set(render.scenes.names())
+    # One file can be spelled in several ways.
+    identities = [source if source in embedded else os.path.realpath(source) for source in sources]
+    twice = [s for s, identity in zip(sources, identities, strict=True) if identities.count(identity) > 1]
+    if twice:
+        raise SceneError(f"scenes given more than once: {', '.join(dict.fromkeys(twice))}")
+    kept = embedded & set(sources)
     names: dict[str, str] = {}
     for source in sources:
-        path = Path(source)
-        is_file = bool(path.suffix) or os.sep in source
-        base = path.stem if is_file else source
-        if is_file and base == "scene" and path.resolve().parent.name:
-            base = path.resolve().parent.name
+        if source in kept:
+            names[source] = source
+            continue
+        path = Path(os.path.abspath(source))
+        base = path.parent.name if path.stem == "scene" and path.parent.name else path.stem
         name, n = base, 2
-        while name in names:
+        while name in names or name in kept:
             name, n = f"{base} ({n})", n + 1
         names[name] = source
     return names
