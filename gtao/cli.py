@@ -43,9 +43,11 @@ class Bars:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        # What failed leaves its error behind, and no bars.
-        self._progress.live.transient = kind is not None
-        self._progress.stop()
+        if kind is None:
+            self._progress.stop()
+        else:  # leave the error behind, and no bars
+            self._progress.live.transient = True
+            self._progress.live.stop()
 
     def __call__(self, task: str, done: int, total: int) -> None:
         if task not in self._tasks:
