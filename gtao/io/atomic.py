@@ -82,7 +82,7 @@ def _prepare(path: str | os.PathLike, error: type[GtaoError]) -> tuple[Path, Pat
             raise
         raise _failure(Path(path), cause, error) from None
     except (RuntimeError, ValueError) as cause:  # a loop of links, a NUL in the name
-        raise error(f"cannot write {path!r}: {cause}; choose another place") from None
+        raise error(f"cannot write {os.fspath(path)!r}: {cause}; choose another place") from None
     return target, partial
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from gtao import backend
 from gtao.camera import OrthographicCamera, PerspectiveCamera
 from gtao.errors import ConfigError, ImageError, ShapeError
-from gtao.gbuffer import GBuffer
+from gtao.gbuffer import ROUNDING, GBuffer
 
 from .channels import Found
 
@@ -97,6 +97,8 @@ def looks_unit(n: np.ndarray) -> bool:
 def unit_normals(path: Any, n: np.ndarray, surface: np.ndarray, layer: str) -> np.ndarray:
     """``n`` (H, W, 3) with unit length on the surface and zero elsewhere; pixel averages are stretched.
 
+    Unit vectors keep their bits, so that a file that is read and written again does not drift.
+
     Raises:
         ShapeError: these are not normals: not finite, too long, too short in the median, or zero somewhere.
     """
@@ -113,7 +115,8 @@ def unit_normals(path: Any, n: np.ndarray, surface: np.ndarray, layer: str) -> n
     if (on_surface < SHORTEST_NORMAL).any():
         n_bad = int((on_surface < SHORTEST_NORMAL).sum())
         raise ShapeError(f"normals {layer} of {path} vanish at {n_bad} surface pixels; use normals='derive'")
-    return np.where(surface[..., None], n / np.where(surface, length, 1)[..., None], np.float32(0))
+    stretched = surface & (np.abs(length - 1) > ROUNDING)
+    return np.where(surface[..., None], n / np.where(stretched, length, 1)[..., None], np.float32(0))
 
 
 def is_world(path: Any, layer: str, stated: bool | None, frame: str, to_view: Any) -> bool:

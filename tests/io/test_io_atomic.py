@@ -148,6 +148,7 @@ def test_ensure_writable_leaves_no_trace(tmp_path):
     (tmp_path / "a").write_text("keep")
     ensure_writable(tmp_path / "a")
     ensure_writable(tmp_path / "b")
+    ensure_writable(tmp_path / "c" / "d" / "e")
     assert names(tmp_path) == ["a"]
     assert (tmp_path / "a").read_text() == "keep"
 
