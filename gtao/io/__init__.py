@@ -17,6 +17,7 @@ from .fits import write_fit as write_fit
 from .images import read_channels as read_channels
 from .images import write_channels as write_channels
 from .jsontext import canonical_json as canonical_json
+from .jsontext import pretty_json as pretty_json
 from .jsontext import with_infinities as with_infinities
 from .origin import file_entry as file_entry
 from .origin import git_state as git_state

@@ -165,10 +165,11 @@ def occlusion_file(
 
 
 def export_fit(coefficients: Path, language: str) -> str:
-    """Shader code of the fit in ``coefficients``.
+    """Shader code of the fit in ``coefficients``, or the fit as JSON.
 
     Raises:
         RecordError: the file is not a coefficient file.
         ConfigError: the language is unknown.
     """
-    return io.shader_code(io.read_fit(coefficients), language)
+    fit = io.read_fit(coefficients)
+    return io.pretty_json(io.fit_to_dict(fit)) if language == "json" else io.shader_code(fit, language)
