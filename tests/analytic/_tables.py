@@ -74,6 +74,8 @@ MARCHED = {
         fields.waves(0.25, 6.0), size=32, tan_half=0.8, stretch=1.25, shift_px=(6.0, -9.0)
     ),
     "waves from above": lambda: fields.from_above(fields.waves(0.3, 5.0), size=32),
+    # Walls seen at a grazing angle: half of their hemisphere lies behind the opposite wall, out of a radius' reach.
+    "steep groove from above": lambda: fields.groove(0.8, 3.2, n_px=40, pixel=0.05, length_px=40),
 }
 
 DENSE = {"fetch": "linear", "n_slices": 32, "n_steps": 128, "step_exponent": 1.0}

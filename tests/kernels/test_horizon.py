@@ -4,8 +4,6 @@ import numpy as np
 import pytest
 from oracles import golden, slice_oracle
 
-import drjit as dr  # isort: skip
-
 from gtao.kernels import horizon
 
 
@@ -44,7 +42,7 @@ def test_cosine_and_distances(precision):
 
 
 def solid_within(P, S, V, e, radius):
-    """Largest and smallest ⟨ω, V⟩ over the points of S + t e, t >= 0, within ``radius`` of P; -1 and 1 if there are none.
+    """Largest and smallest ⟨ω, V⟩ over the points of S + t e, t >= 0, within ``radius`` of P; -1 and 1 if none.
 
     The ray is sampled over eight radii; where it enters and leaves the sphere is then bisected to rounding.
     """
@@ -100,12 +98,3 @@ def test_cut_at_sphere_against_sampling(precision, orthographic):
         # A percent away from a graze the square root amplifies rounding by at most ten.
         assert (upper[0], lower[0]) == pytest.approx(want, abs=10 * precision.tolerance)
     assert min(kinds.values()) > 20
-
-
-def test_background_sample_is_never_a_horizon(precision):
-    """At infinite depth the cosine is NaN or finite, but must not win against any running horizon."""
-    D = tuple(precision.Float(v) for v in (np.inf, np.inf, -np.inf))
-    V = tuple(precision.Float(v) for v in slice_oracle.unit([0.1, 0.2, 1.0]))
-    c, _, _ = horizon.cosine(D, V)
-    running = precision.Float(-0.9)
-    assert dr.select(c > running, c, running)[0] == running[0]
