@@ -175,3 +175,9 @@ def test_marching_ignores_the_background():
         # One wall on the left only; the linear surface slants it over a pixel of its five.
         exact = closed_forms.walls(0.55, 1.0, 1.0, 0.0)
         assert pixel.visibility[0] == pytest.approx(exact, abs=0.005 if surface == "nearest" else 0.03)
+
+
+def test_marching_over_its_own_texel_is_open():
+    """A tilted normal sends rays below the flat top of its own block; alone in the image, nothing is in their way."""
+    field = fields.tilted_plane(np.radians(60), 1.0, size=1)
+    assert (heightfield.visibility(field, n_rays=256, surface="nearest").visibility == 1).all()
