@@ -152,9 +152,12 @@ def refit(
     figures = plot.refit_figures(result, tables, diagnostics)
     figures["scenes"] = plot.image_row([d.visibility for d in data], [d.name for d in data])
     # From here on files change: without its record the directory counts as unfinished.
+    earlier = _listed(record_path)
     record_path.unlink(missing_ok=True)
     outputs = _write_outputs(output, result.fit, shaders, figures)
-    record = io.provenance(["gtao", "refit"], seed=config.seed, config=config.to_dict()) | {
+    for name in earlier - set(outputs):
+        (output / name).unlink(missing_ok=True)
+    record = io.provenance(["gtao", "refit"], seed=config.seed, config=_portable(config)) | {
         "kind": "multibounce refit",
         "started": started.isoformat(timespec="seconds"),
         "inputs": [_scene_entry(d, sources[d.name]) for d in data],
@@ -169,6 +172,21 @@ def refit(
     io.write_record(record_path, record, overwrite=True)
     steps.next()
     return RefitOutcome(result.fit, result, tables, record)
+
+
+def _listed(record_path: Path) -> set[str]:
+    """Names of the files beside the record that it lists as its outputs."""
+    try:
+        listed = {entry.get("path") for entry in io.read_record(record_path)["outputs"]}
+    except RecordError:
+        return set()
+    return {name for name in listed if isinstance(name, str) and name == Path(name).name}
+
+
+def _portable(config: RefitConfig) -> dict[str, Any]:
+    """The settings as a record may hold them: files by names that mean something elsewhere."""
+    embedded = render.scenes.names()
+    return config.to_dict() | {"scenes": [s if s in embedded else io.portable(s) for s in config.scenes]}
 
 
 class _Steps:
