@@ -21,11 +21,11 @@ from analytic import _tables  # noqa: E402  isort: skip
 from oracles import heightfield  # noqa: E402  isort: skip
 from oracles.fields import Field  # noqa: E402  isort: skip
 
-RESOLUTION = 256
+RESOLUTION = 384
 SPP = 4096
 SEED = 0
 #: Random pixels per scene on which the height field is ray-marched, and rays per pixel.
-N_PIXELS, N_RAYS = 600, 1936
+N_PIXELS, N_RAYS = 500, 1936
 #: One depth layer "can know the answer" where its limit lies within this of the truth.
 KNOWABLE = 0.02
 
@@ -33,11 +33,11 @@ METHODS = {
     "published settings": lambda r: gtao.GTAO.as_published(r),
     "default, 4 × 8": lambda r: gtao.GTAO(radius=r),
     "4 × 8, linear fetch": lambda r: gtao.GTAO(radius=r, fetch="linear"),
-    "dense, 64 × 256": lambda r: gtao.GTAO(
-        radius=r, n_slices=64, n_steps=256, step_exponent=1.0, fetch="linear", noise="none"
+    "dense, 32 × 128": lambda r: gtao.GTAO(
+        radius=r, n_slices=32, n_steps=128, step_exponent=1.0, fetch="linear", noise="none"
     ),
 }
-DENSE = "dense, 64 × 256"
+DENSE = "dense, 32 × 128"
 
 
 def rms(x):
