@@ -4,7 +4,7 @@ import json
 import math
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 from rich.console import Console
@@ -109,6 +109,7 @@ def doctor(as_json: Annotated[bool, typer.Option("--json", help="Machine-readabl
 
 OutputExr = Annotated[Path, typer.Option("-o", "--output", metavar="OUT.exr", help="EXR file to write.")]
 Sensor = Annotated[int, typer.Option(help="Index of the camera in the scene, from 0.")]
+NormalFrame = Literal["auto", "view", "world"]
 Normals = Annotated[str, typer.Option(help="'shading' or 'geometric' normals.")]
 Samples = Annotated[int, typer.Option(min=1, help="Rays or paths per pixel.")]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of the random numbers.")]
@@ -176,6 +177,9 @@ def occlusion(
         typer.Option(metavar="DEGREES", help="Vertical field of view, where there is no camera."),
     ] = None,
     layer: Annotated[str | None, typer.Option(help="Layer or view layer to read.")] = None,
+    normal_frame: Annotated[
+        NormalFrame, typer.Option(help="Frame of the normals in the file; 'auto' believes their names.")
+    ] = "auto",
     derive_normals: Annotated[bool, typer.Option(help="Derive normals from the depth.")] = False,
 ) -> None:
     """EXR with depth and normals -> EXR with visibility added."""
@@ -188,6 +192,7 @@ def occlusion(
         camera_file=camera,
         fov_y=None if fov_y is None else math.radians(fov_y),
         layer=layer,
+        normal_frame=normal_frame,
         derive_normals=derive_normals,
     )
     _out.print(f"wrote {output}", soft_wrap=True)

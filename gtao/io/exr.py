@@ -34,8 +34,8 @@ def _camera_of(path: Any, camera: Camera | None, metadata: Mapping[str, Any], wi
         stored = (metadata["manifest"] or {}).get("camera")
         if not isinstance(stored, dict):
             raise ImageError(
-                f"{path} does not say which camera made it; give the camera, for example"
-                " PerspectiveCamera(width, height, fov_y)"
+                f"{path} does not say which camera made it; give the camera, in Python for example"
+                " PerspectiveCamera(width, height, fov_y), on the command line --fov-y or --camera"
             )
         try:
             camera = camera_from_dict(stored)

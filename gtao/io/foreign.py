@@ -138,12 +138,13 @@ def is_world(path: Any, layer: str, stated: bool | None, frame: str, to_view: An
     if world is None:
         raise ImageError(
             f"{path} does not say whether its normals {layer} are in view or world space; give"
-            " normal_frame='view', or 'world' and to_view"
+            " normal_frame='view', or 'world' and to_view (--normal-frame and the to_view of the --camera file)"
         )
     if world and to_view is None:
         raise ImageError(
-            f"normals {layer} of {path} are in world space; give to_view (3x3 or 4x4, world to view),"
-            " normal_frame='view' if they are not, or normals='derive'"
+            f"normals {layer} of {path} are in world space; give to_view (3x3 or 4x4, world to view; a key of the"
+            " --camera file), normal_frame='view' (--normal-frame) if they are not, or normals='derive'"
+            " (--derive-normals)"
         )
     return world
 

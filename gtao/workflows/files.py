@@ -5,7 +5,7 @@ import math
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -127,6 +127,7 @@ def occlusion_file(
     camera_file: Path | None = None,
     fov_y: float | None = None,
     layer: str | None = None,
+    normal_frame: Literal["auto", "view", "world"] = "auto",
     derive_normals: bool = False,
 ) -> None:
     """Estimate visibility from an EXR and write it beside depth and normals.
@@ -141,6 +142,7 @@ def occlusion_file(
             optional key ``to_view`` holds the 4x4 matrix from world to view frame, for normals in world space.
         fov_y: vertical field of view in radians, in place of ``camera_file``.
         layer: layer to read.
+        normal_frame: frame of the normals; "auto" believes their names.
         derive_normals: take normals from the depth, not from the file.
 
     Raises:
@@ -154,7 +156,7 @@ def occlusion_file(
     io.ensure_writable(output)
     camera, to_view = _camera(camera_file, fov_y, source)
     normals = "derive" if derive_normals else "file"
-    g = io.read_gbuffer(source, camera, to_view=to_view, layer=layer, normals=normals)
+    g = io.read_gbuffer(source, camera, to_view=to_view, layer=layer, normals=normals, normal_frame=normal_frame)
     ao = ambient_occlusion(g, config, frame_index=frame_index)
     manifest = {
         "made_by": f"gtao {__version__} occlusion",
