@@ -226,7 +226,7 @@ def refit(
     ] = "ray",
     all_sensors: Annotated[bool, typer.Option(help="Use every camera of every scene.")] = False,
     seed: Seed = 0,
-    bootstrap: Annotated[int, typer.Option(min=0, help="Bootstrap draws for the intervals.")] = 1000,
+    bootstrap: Annotated[int | None, typer.Option(min=0, help="Bootstrap draws for the intervals.")] = None,
     cache: Annotated[Path | None, typer.Option(help="Directory of cached transport images.")] = None,
 ) -> None:
     """Scenes -> transport images -> fit -> record, coefficients, shader code, plots and report."""
