@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import OpenEXR
@@ -253,7 +254,9 @@ def test_bad_camera_file(refuses, here, text):
     ],
 )
 @pytest.mark.parametrize("verb", [["render", "stairs"], ["occlusion", "whole.exr"]], ids=lambda verb: verb[0])
-def test_unwritable_image(refuses, here, verb, output, words):
+def test_unwritable_image_is_told_before_any_work(refuses, here, monkeypatch, verb, output, words):
+    monkeypatch.setattr(gtao.render, "load_scene", lambda *_, **__: pytest.fail("a scene was loaded"))
+    monkeypatch.setattr(io, "read_gbuffer", lambda *_, **__: pytest.fail("an image was read"))
     refuses(*verb, "-o", output, words=[words])
 
 
@@ -266,12 +269,14 @@ def test_unwritable_image(refuses, here, verb, output, words):
         ("taken", "cannot write taken/record.json: it is a folder"),
     ],
 )
-def test_unwritable_folder(refuses, here, output, words):
+def test_unwritable_folder_is_told_before_any_work(refuses, here, monkeypatch, output, words):
+    monkeypatch.setattr(gtao.render, "load_scene", lambda *_, **__: pytest.fail("a scene was loaded"))
     (here / "taken" / "record.json").mkdir(parents=True)
     refuses("refit", "stairs", "--quick", "-o", output, words=[words])
 
 
-def test_unwritable_cache(refuses, here):
+def test_unwritable_cache_is_told_before_any_work(refuses, here, monkeypatch):
+    monkeypatch.setattr(gtao.render, "load_scene", lambda *_, **__: pytest.fail("a scene was loaded"))
     refuses("refit", "stairs", "--quick", "-o", "out", "--cache", "text.exr", words=["cannot write text.exr/"])
 
 
@@ -453,19 +458,88 @@ def test_export_as_json(command, tmp_path):
     assert io.fit_from_dict(json.loads(outcome.out)) == gtao.JIMENEZ2016
 
 
+@pytest.fixture
+def configured(command, monkeypatch, tmp_path):
+    """What reaches the workflow from ``gtao refit`` with these options: configuration, output and cache."""
+
+    def run(*options):
+        got = []
+
+        def refuse(config, output, *, cache, progress):
+            got.extend([config, output, cache])
+            progress("scenes", 1, 2)
+            raise gtao.FitError("enough")
+
+        monkeypatch.setattr(workflows, "refit", refuse)
+        monkeypatch.chdir(tmp_path)
+        assert command("refit", *options) == Outcome(2, "", "gtao: enough\n")
+        return got
+
+    return run
+
+
+def test_refit_without_options_uses_the_defaults(configured):
+    assert configured() == [workflows.RefitConfig(), Path("refit"), None]
+
+
+def test_options_of_refit_arrive(configured):
+    config, output, cache = configured(
+        *("a.xml", "pile", "-o", "out", "--cache", "stored", "--also-embedded", "--all-sensors", "--resolution", 40),
+        *("--spp", 80, "--bounces", "inf", "--form", "four_parameter", "--constraint", "monotone"),
+        *("--constraint", "energy", "--weighting", "uniform", "--regressor", "screen", "--seed", 3, "--bootstrap", 7),
+    )
+    assert (output, cache) == (Path("out"), Path("stored"))
+    assert config == workflows.RefitConfig(
+        scenes=("a.xml", "pile"),
+        also_embedded=True,
+        all_sensors=True,
+        resolution=40,
+        spp=80,
+        seed=3,
+        regressor="screen",
+        fit=gtao.fit.FitSettings(
+            bounces=math.inf,
+            form="four_parameter",
+            constraints=("monotone", "energy"),
+            weighting="uniform",
+            n_bootstrap=7,
+            seed=3,
+        ),
+    )
+
+
+def test_a_quick_refit_is_small_where_nothing_else_is_said(configured):
+    config, *_ = configured("--quick", "--spp", 128, "--procedure", "two-step", "--constraint", "none")
+    assert (config.resolution, config.spp) == (32, 128)
+    assert config.fit == gtao.fit.FitSettings(n_bootstrap=200, procedure="two-step", constraints=())
+
+
+def test_refit(command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    outcome = command("refit", "pile", "stairs", "cloth", "--resolution", 16, "--spp", 32, "--bootstrap", 20)
+    assert outcome.code == 0
+    fit = io.read_fit("refit/coefficients.json")
+    for name, value in zip(fit.names, fit.coefficients, strict=True):
+        assert f"{name:7} {value:9.4f}" in outcome.out
+    assert outcome.out.endswith("report: refit/report.html\n")
+    for task in ("scenes", "pile", "fit"):
+        assert task in outcome.err
+    io.read_record("refit/record.json")
+
+
 def read(path):
     channels, metadata = io.read_channels(path)
     return channels, metadata["manifest"]
 
 
 def test_render(command, tmp_path):
-    path = tmp_path / "new" / "stairs.exr"
+    path = tmp_path / "new" / "head.exr"
     options = ["--resolution", 24, "--spp", SPP, "--bounces", 3, "--max-distance", 2, "--seed", 5, "--sensor", 1]
-    outcome = command("render", "stairs", "-o", path, *options)
+    outcome = command("render", "head", "-o", path, *options, "--normals", "geometric")
     assert outcome.code == 0
     assert outcome.out == f"wrote {path}\n"
     assert "100%" in outcome.err
-    assert [p.name for p in path.parent.iterdir()] == ["stairs.exr"]
+    assert [p.name for p in path.parent.iterdir()] == ["head.exr"]
 
     channels, manifest = read(path)
     axes = [f"{layer}.{axis}" for layer in ("N", "bent") for axis in "XYZ"]
@@ -474,10 +548,10 @@ def test_render(command, tmp_path):
     assert sorted(channels) == sorted(["Z", *axes, *albedo, *truth, "transport.01", "transport.02", "transport.03"])
     assert {plane.dtype for plane in channels.values()} == {np.dtype(np.float32)}
 
-    scene = gtao.render.load_scene("stairs", resolution=24)
-    g = gtao.render.gbuffer(scene, 1)
+    scene = gtao.render.load_scene("head", resolution=24)
+    g = gtao.render.gbuffer(scene, 1, normals="geometric")
     expected = gtao.render.visibility(scene, g, 2.0, SPP, 5, sensor=1)
-    transport = gtao.render.transport(scene, g, 3, SPP, 5, sensor=1)
+    transport = gtao.render.transport(scene, g, 3, SPP, 5, sensor=1, normals="geometric")
     mask = g.mask.numpy()
     assert np.array_equal(channels["Z"], g.view_z.numpy())
     assert np.array_equal(channels["N.Y"], g.normal_v.numpy()[..., 1])
@@ -492,9 +566,9 @@ def test_render(command, tmp_path):
     assert gtao.camera_from_dict(manifest["camera"]).to_dict() == g.camera.to_dict()
     assert manifest["made_by"] == f"gtao {gtao.__version__} render"
     assert manifest["config"] == {
-        "source": "stairs",
+        "source": "head",
         "sensor": 1,
-        "normals": "shading",
+        "normals": "geometric",
         "spp": SPP,
         "max_distance": 2.0,
         "n_bounces": 3,

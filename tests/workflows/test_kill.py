@@ -1,0 +1,10 @@
+"""A refit that is killed goes on where it stopped."""
+
+import kill_refit
+import pytest
+
+
+@pytest.mark.slow
+def test_killed_runs_leave_whole_files_and_the_next_one_ends_as_if_nothing_had_been(capsys):
+    kill_refit.run(3, seed=1, scenes=["pile", "stairs", "cloth"], resolution=16, spp=32)
+    assert "identical apart from time stamps" in capsys.readouterr().out
