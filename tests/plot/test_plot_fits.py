@@ -208,9 +208,10 @@ def test_report_says_what_was_found(parts):
 
 def test_figures_leave_the_users_settings_alone(parts):
     _, _, d = parts
-    before = dict(mpl.rcParams)
-    plot.coverage(d)
-    assert dict(mpl.rcParams) == before
+    with mpl.rc_context({"font.size": 17.0, "axes.grid": False}):
+        figure = plot.coverage(d)
+        assert (mpl.rcParams["font.size"], mpl.rcParams["axes.grid"]) == (17.0, False)
+    assert figure.axes[0].xaxis.label.get_size() == 9.0
 
 
 def test_figures_show_themselves_and_are_the_same_each_time(parts):
