@@ -12,7 +12,7 @@ from . import backend as backend  # settles the LLVM library: must come before a
 from ._version import __version__
 from .camera import OrthographicCamera, PerspectiveCamera, camera_from_dict
 from .config import GTAO, LinearFalloff, method_from_dict
-from .data import JIMENEZ2016, SPHERE, MultibounceFit
+from .data import JIMENEZ2016, REFIT_2026_11, SPHERE, MultibounceFit
 from .errors import (
     BackendError,
     ConfigError,
@@ -30,6 +30,7 @@ from .results import AmbientOcclusion
 __all__ = [
     "GTAO",
     "JIMENEZ2016",
+    "REFIT_2026_11",
     "SPHERE",
     "AmbientOcclusion",
     "BackendError",

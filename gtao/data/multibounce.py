@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from gtao.errors import ConfigError
 
-__all__ = ["FORM_PARAMETERS", "JIMENEZ2016", "SPHERE", "MultibounceFit"]
+__all__ = ["FORM_PARAMETERS", "JIMENEZ2016", "REFIT_2026_11", "SPHERE", "MultibounceFit"]
 
 #: Names of the coefficients of every form, in order; the formulas are in :mod:`gtao.kernels.multibounce`.
 FORM_PARAMETERS: dict[str, tuple[str, ...]] = {
@@ -79,6 +79,23 @@ JIMENEZ2016 = MultibounceFit(
     coefficients=(2.0404, -0.3324, -4.7951, 0.6417, 2.7552, 0.6903),
     bounces=4.0,
     source="Jimenez et al. 2016, Practical Realtime Strategies for Accurate Indirect Occlusion, Eq. 10",
+)
+
+REFIT_2026_11 = MultibounceFit(
+    form="linear_cubic",
+    coefficients=(2.3579, -0.3275, -5.1689, 0.6250, 2.8110, 0.7025),
+    bounces=4.0,
+    source="fits/multibounce/2026-11: twelve embedded scenes, f(1) = 1",
+    standard_errors=(0.2777, 0.0167, 0.4305, 0.0243, 0.1586, 0.0080),
+    intervals=(
+        (1.8113, 3.0276),
+        (-0.3634, -0.2915),
+        (-6.2168, -4.3072),
+        (0.5698, 0.6779),
+        (2.4869, 3.1950),
+        (0.6856, 0.7209),
+    ),
+    level=0.95,
 )
 
 SPHERE = MultibounceFit(

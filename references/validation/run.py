@@ -1,6 +1,6 @@
 """Measure the estimator against its oracles and against ray-traced truth, and write ``record.json``.
 
-    python references/validation/run.py            # about ten minutes on two cores
+    python references/validation/run.py            # about half an hour on two cores
     python references/validation/run.py --part planes --part marching
 
 ``docs/generate.py`` turns the record into the page *Validation*. The oracles are those of the tests: float64 NumPy that
@@ -22,10 +22,10 @@ from oracles import heightfield  # noqa: E402  isort: skip
 from oracles.fields import Field  # noqa: E402  isort: skip
 
 RESOLUTION = 384
-SPP = 4096
+SPP = 8192
 SEED = 0
 #: Random pixels per scene on which the height field is ray-marched, and rays per pixel.
-N_PIXELS, N_RAYS = 500, 1936
+N_PIXELS, N_RAYS = 500, 4096
 #: One depth layer "can know the answer" where its limit lies within this of the truth.
 KNOWABLE = 0.02
 
@@ -33,11 +33,11 @@ METHODS = {
     "published settings": lambda r: gtao.GTAO.as_published(r),
     "default, 4 × 8": lambda r: gtao.GTAO(radius=r),
     "4 × 8, linear fetch": lambda r: gtao.GTAO(radius=r, fetch="linear"),
-    "dense, 32 × 128": lambda r: gtao.GTAO(
-        radius=r, n_slices=32, n_steps=128, step_exponent=1.0, fetch="linear", noise="none"
+    "dense, 64 × 256": lambda r: gtao.GTAO(
+        radius=r, n_slices=64, n_steps=256, step_exponent=1.0, fetch="linear", noise="none"
     ),
 }
-DENSE = "dense, 32 × 128"
+DENSE = "dense, 64 × 256"
 
 
 def rms(x):
