@@ -6,11 +6,12 @@ __all__ = ["from_depth"]
 
 
 def from_depth(view_z, position, width, height, orthographic, types):
-    """Unit normals facing the camera, from the better one-sided difference per axis.
+    """Unit normals that face the camera, from the better one-sided difference per axis.
 
     Of the differences to the two neighbours along an axis the one is taken whose next neighbour it predicts best
     (1/z is affine along a line on a plane, z in parallel projection): this keeps to one side of a depth edge even
-    right beside it.
+    right beside it. Right times up faces the camera whatever the depths: ⟨tx × ty, P⟩ is the product of three depths
+    and of the triple product of image axes and eye ray, which is negative.
 
     Args:
         view_z: flat depth, inf on the background.
@@ -53,6 +54,4 @@ def from_depth(view_z, position, width, height, orthographic, types):
     length2 = dr.squared_norm(n)
     ok = dr.isfinite(view_z) & okx & oky & (length2 > 0)
     n = n * dr.rsqrt(dr.select(ok, length2, 1))
-    flip = dr.dot(n, P) > 0 if not orthographic else n.z < 0
-    n = dr.select(flip, -n, n)
     return dr.select(ok, n, A3(0, 0, 1))

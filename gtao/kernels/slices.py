@@ -12,7 +12,7 @@ from typing import Any
 
 import drjit as dr
 
-__all__ = ["ScreenFrame", "SliceFrame", "clamped_start", "frame"]
+__all__ = ["ScreenFrame", "SliceFrame", "clamped_arc", "clamped_start", "frame", "minimal_rotation"]
 
 
 @dataclass(frozen=True)
@@ -91,6 +91,14 @@ class ScreenFrame:
         nT = dr.fma(-d, self.nV, dr.fma(c, self.n[0], s * self.n[1])) * dr.rsqrt(dr.fma(-d, d, 1))
         return nT, c, s
 
+    def jacobian(self, c, s):
+        """dφ_V/dφ = V_z / (1 - ⟨D, V⟩²): azimuth about V per image azimuth of D = (c, s, 0); its mean over φ is 1.
+
+        Weighting each slice by it makes slices that are even in the image exact; ATVI-TR-19-01 leaves it out.
+        """
+        d = self._d(c, s)
+        return self.V[2] / dr.fma(-d, d, 1)
+
     def extents(self, m, c, s):
         """The published radius: the same in every direction."""
         return m, m
@@ -115,3 +123,26 @@ def clamped_start(nV, nT, relief=0.0):
         return s, -s
     up, along = math.sin(relief) * nV * rcp, math.cos(relief) * s
     return up + along, up - along
+
+
+def clamped_arc(nV, nT, h0, h1):
+    """Signed horizons clamped to the normal's hemisphere, γ - π/2 <= h0 <= h1 <= γ + π/2, γ = atan2(n_T, n_V).
+
+    n + clamp(h - n, -π/2, π/2) of ATVI-TR-19-01, for normals that face away too (n_V < 0); an empty arc has length 0.
+    """
+    gamma = dr.atan2(nT, nV)
+    low, high = gamma - math.pi / 2, gamma + math.pi / 2
+    h0, h1 = dr.select(h0 > low, h0, low), dr.select(h1 < high, h1, high)
+    return h0, dr.select(h1 > h0, h1, h0)
+
+
+def minimal_rotation(f, t):
+    """Rows of the rotation R with R f = t by the smallest angle, for unit vectors f and t that are not opposite.
+
+    R = e I + [v]ₓ + v vᵀ/(1 + e) with v = f × t, e = ⟨f, t⟩: ROTFROMTO of ATVI-TR-19-01. It degenerates at e = -1 only.
+    """
+    e = dr.fma(f[0], t[0], dr.fma(f[1], t[1], f[2] * t[2]))
+    v = tuple(dr.fma(f[i], t[j], -f[j] * t[i]) for i, j in ((1, 2), (2, 0), (0, 1)))
+    r = 1 / (1 + e)
+    cross = ((0, -v[2], v[1]), (v[2], 0, -v[0]), (-v[1], v[0], 0))
+    return tuple(tuple(dr.fma(v[i] * r, v[j], cross[i][j] + (e if i == j else 0)) for j in range(3)) for i in range(3))

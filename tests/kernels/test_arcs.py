@@ -105,17 +105,6 @@ def test_open_point_with_few_slices_golden(precision, inputs, outputs):
     assert np.mean(np.array(arcs.full_slice(nV, nT))) == pytest.approx(outputs["A"], abs=precision.tolerance)
 
 
-def horizon_slices(inputs, n, offset):
-    """Per slice of a horizon function: nV, nT, h0, h1 (unclamped), tangent."""
-    N, V = slice_oracle.unit(inputs["N"]), slice_oracle.unit(inputs["V"])
-    e1, e2 = slice_oracle.azimuth_frame(V)
-    phi = np.pi * (np.arange(n) + offset) / n
-    T = np.cos(phi)[:, None] * e1 + np.sin(phi)[:, None] * e2
-    horizon = slice_oracle.harmonic_horizon(inputs["c"], inputs["harmonics"])
-    h1, h0 = np.clip(horizon(phi), 0, np.pi), -np.clip(horizon(phi + np.pi), 0, np.pi)
-    return np.full(n, N @ V), T @ N, h0, h1, T
-
-
 def slice_means(precision, nV, nT, h0, h1):
     """Mean over slices of both weightings, horizons clamped by the search's start values."""
     nV, nT = precision.lanes(nV), precision.lanes(nT)
@@ -128,7 +117,7 @@ def slice_means(precision, nV, nT, h0, h1):
 
 @pytest.mark.parametrize(("inputs", "outputs"), golden.cases("B.slices"))
 def test_few_slices_of_a_horizon_function_golden(precision, inputs, outputs):
-    got = slice_means(precision, *horizon_slices(inputs, inputs["n"], inputs["offset"])[:4])
+    got = slice_means(precision, *slice_oracle.horizon_slices(inputs, inputs["n"], inputs["offset"])[:4])
     assert got == pytest.approx((outputs["A_cos"], outputs["A_uniform"]), abs=precision.tolerance)
 
 
@@ -138,5 +127,34 @@ def test_many_slices_of_a_horizon_function_golden(precision, inputs, outputs):
 
     A horizon that meets the tangent plane has a kink in azimuth: error O(n^-2), below 1e-9 from 2^15 slices on.
     """
-    got = slice_means(precision, *horizon_slices(inputs, 1 << 16, 0.5)[:4])
+    got = slice_means(precision, *slice_oracle.horizon_slices(inputs, 1 << 16, 0.5)[:4])
+    assert got == pytest.approx((outputs["A_cos"], outputs["A_uniform"]), abs=precision.tolerance)
+
+
+def skyline(scene):
+    """Tangent of the elevation that the scene's walls block, per azimuth."""
+
+    def wall(height, distance, towards):
+        return lambda phi: height * np.maximum(np.cos(phi - towards), 0) / distance
+
+    kind = scene["kind"]
+    if kind == "pit":
+        return lambda phi: np.full_like(phi, scene["k"] / scene["R"])
+    if kind == "wall":
+        return wall(scene["k"], scene["d"], 0)
+    walls = {
+        "trench": lambda: (wall(scene["k"], scene["d1"], 0), wall(scene["k"], scene["d2"], np.pi)),
+        "corner": lambda: (wall(scene["k1"], scene["d1"], 0), wall(scene["k2"], scene["d2"], np.pi / 2)),
+    }[kind]()
+    return lambda phi: np.maximum(*(f(phi) for f in walls))
+
+
+@pytest.mark.parametrize(("inputs", "outputs"), golden.cases("A.scene"))
+def test_walls_seen_from_above_golden(precision, inputs, outputs):
+    """Slices of a floor point with N = V. The skyline has kinks in azimuth: error O(n^-2), as above."""
+    n = 1 << 16
+    phi, tangent = np.pi * (np.arange(n) + 0.5) / n, skyline(inputs)
+    # An elevation e is a polar angle of π/2 - e.
+    h0, h1 = np.arctan(tangent(phi + np.pi)) - np.pi / 2, np.pi / 2 - np.arctan(tangent(phi))
+    got = slice_means(precision, np.ones(n), np.zeros(n), h0, h1)
     assert got == pytest.approx((outputs["A_cos"], outputs["A_uniform"]), abs=precision.tolerance)

@@ -20,6 +20,10 @@ def test_attenuation_golden(precision, inputs, outputs):
         precision.Float(inputs["cos_s"]), low, precision.Float(inputs["dist"] ** 2), scale, -scale * inputs["r1"]
     )
     assert got[0] == pytest.approx(outputs["attenuated_cos"], abs=precision.tolerance)
+    # Between 0 and 1 what is left of the cosine is the weight itself.
+    one, zero, distance2 = precision.Float(1), precision.Float(0), precision.Float(inputs["dist"] ** 2)
+    weight = horizon.attenuate(one, zero, distance2, scale, -scale * inputs["r1"])
+    assert weight[0] == pytest.approx(outputs["weight"], abs=precision.tolerance)
 
 
 def test_attenuation_ends_at_the_tangent_plane(precision):

@@ -30,6 +30,28 @@ def test_golden(precision, form, coefficients, key):
     assert got == pytest.approx([o[key] for _, o in CASES], abs=precision.tolerance)
 
 
+def test_golden_cubic_before_its_maximum_with_visibility(precision):
+    got = np.array(evaluate("linear_cubic", JIMENEZ, lanes_of(precision, "V"), lanes_of(precision, "rho")))
+    raw, V = (np.array([case[side][key] for case in CASES]) for side, key in ((1, "raw"), (0, "V")))
+    above = raw >= V
+    assert 0 < above.sum() < len(CASES)
+    assert got[above] == pytest.approx(raw[above], abs=precision.tolerance)
+    assert got[~above] == pytest.approx(V[~above], abs=precision.tolerance)
+
+
+@pytest.mark.parametrize(
+    ("form", "coefficients"), [("sphere", ()), ("sphere_truncated", (5,)), ("linear_cubic", JIMENEZ)]
+)
+def test_energy_bound_golden(precision, form, coefficients):
+    """V + ρ (1 - V) bounds the sphere by theory; the cubic, but for its overshoot at V = 1, by its fit."""
+    got = np.array(evaluate(form, coefficients, lanes_of(precision, "V"), lanes_of(precision, "rho")))
+    bound = np.array([outputs["upper_bound"] for _, outputs in CASES])
+    overshoot = 1e-4 if form == "linear_cubic" else 0
+    assert (got <= bound + overshoot + precision.tolerance).all()
+    V, rho = (np.array([inputs[key] for inputs, _ in CASES]) for key in ("V", "rho"))
+    assert bound == pytest.approx(V + rho * (1 - V), abs=golden.FLOAT64_TOLERANCE)
+
+
 FORMULAS = {
     "linear_cubic": lambda k, V, p: np.maximum(
         V, (((k[0] * p + k[1]) * V + k[2] * p + k[3]) * V + k[4] * p + k[5]) * V

@@ -27,6 +27,12 @@ def test_spatial_pattern_golden(inputs, outputs):
     at = inputs["y"], inputs["x"]
     assert np.pi * rotation[at] == pytest.approx(outputs["slice_angle_pi"], abs=golden.FLOAT32_TOLERANCE)
     assert offset[at] == pytest.approx(outputs["combined_offset"], abs=golden.FLOAT32_TOLERANCE)
+    turn, step, _ = noise.frame_terms("spatial_4x4", inputs["frame"], 0)
+    assert (turn, step) == pytest.approx((outputs["rotation"], outputs["temporal_offset"]), abs=1e-12)
+    # The sixth frame adds nothing to the pattern in space, whose values float32 holds exactly.
+    rotation, offset = image("spatial_4x4", 5, size=8)
+    assert rotation[at] == outputs["direction_noise"] == outputs["direction_index"] / 16
+    assert offset[at] == outputs["offset"]
 
 
 @pytest.mark.parametrize("origin", [(0, 0), (1, 2), (3, 3)])

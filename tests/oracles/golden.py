@@ -5,7 +5,6 @@ from functools import cache
 from pathlib import Path
 
 _FOLDER = Path(__file__).resolve().parent.parent / "golden"
-_FILES = ("slices", "bent_normals", "multibounce", "noise")
 
 FLOAT64_TOLERANCE = 1e-9
 """Residual of the quadrature that made the values, and of their 13 printed digits."""
@@ -16,7 +15,7 @@ FLOAT32_TOLERANCE = 2e-5
 
 @cache
 def _all() -> tuple[dict, ...]:
-    return tuple(entry for name in _FILES for entry in json.loads((_FOLDER / f"{name}.json").read_text()))
+    return tuple(entry for path in sorted(_FOLDER.glob("*.json")) for entry in json.loads(path.read_text()))
 
 
 def cases(prefix: str) -> list[tuple[dict, dict]]:
@@ -25,3 +24,11 @@ def cases(prefix: str) -> list[tuple[dict, dict]]:
     if not found:
         raise KeyError(f"no golden value starts with {prefix!r}")
     return found
+
+
+def prefixes() -> dict[str, set[str]]:
+    """Names of the outputs of every prefix there is."""
+    names: dict[str, set[str]] = {}
+    for entry in _all():
+        names.setdefault(entry["id"].rpartition(".")[0], set()).update(entry["outputs"])
+    return names

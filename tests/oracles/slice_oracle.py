@@ -26,7 +26,7 @@ class SliceIntegrals:
     cc: float
 
 
-def _integrate(f, a: float, b: float) -> float:
+def integrate(f, a: float, b: float) -> float:
     """Quadrature of ``f`` over [a, b], split at 0 where |sin θ| has its kink."""
     if b <= a:
         return 0.0
@@ -39,11 +39,11 @@ def arc(nV: float, nT: float, a: float, b: float) -> SliceIntegrals:
     sin, cos, abs_ = np.sin, np.cos, np.abs
 
     def weighted(g):
-        return _integrate(lambda t: (nV * cos(t) + nT * sin(t)) * abs_(sin(t)) * g(t), a, b)
+        return integrate(lambda t: (nV * cos(t) + nT * sin(t)) * abs_(sin(t)) * g(t), a, b)
 
     return SliceIntegrals(
         cosine=weighted(lambda t: 1.0),
-        uniform=_integrate(lambda t: abs_(sin(t)), a, b),
+        uniform=integrate(lambda t: abs_(sin(t)), a, b),
         t0=weighted(sin),
         t1=weighted(cos),
         ss=weighted(lambda t: sin(t) ** 2),
@@ -62,7 +62,7 @@ def clamped_cosine(nV: float, nT: float, h0: float, h1: float) -> float:
     """:func:`clamped_arc` for the cosine-weighted integral alone."""
     gamma = np.arctan2(nT, nV)
     a, b = max(h0, gamma - np.pi / 2), min(h1, gamma + np.pi / 2)
-    return _integrate(lambda t: (nV * np.cos(t) + nT * np.sin(t)) * np.abs(np.sin(t)), a, b)
+    return integrate(lambda t: (nV * np.cos(t) + nT * np.sin(t)) * np.abs(np.sin(t)), a, b)
 
 
 def unit(v) -> np.ndarray:
@@ -98,6 +98,24 @@ def harmonic_horizon(c: float, harmonics):
         return c + sum(a * np.cos(k * phi + p) for a, k, p in harmonics)
 
     return horizon
+
+
+def horizon_slices(inputs, n: int, offset: float):
+    """n slices at azimuths π(i + offset)/n of a point with a harmonic horizon.
+
+    Args:
+        inputs: mapping with "N", "V" and the "c" and "harmonics" of :func:`harmonic_horizon`.
+
+    Returns:
+        Per slice: n_V, n_T, horizons h0 and h1 (not clamped), tangent.
+    """
+    N, V = unit(inputs["N"]), unit(inputs["V"])
+    e1, e2 = azimuth_frame(V)
+    phi = np.pi * (np.arange(n) + offset) / n
+    T = np.cos(phi)[:, None] * e1 + np.sin(phi)[:, None] * e2
+    horizon = harmonic_horizon(inputs["c"], inputs["harmonics"])
+    h0, h1 = -np.clip(horizon(phi + np.pi), 0, np.pi), np.clip(horizon(phi), 0, np.pi)
+    return np.full(n, N @ V), T @ N, h0, h1, T
 
 
 @dataclass(frozen=True)
