@@ -44,7 +44,7 @@ class LinearFalloff:
     """Attenuation of far occluders, linear in world distance.
 
     The weight of a sample at distance d is clamp((end - d) / (end - start), 0, 1); it moves the sample's horizon
-    cosine toward the tangent plane of its side.
+    cosine toward the tangent plane of its side (theory, eq. (29)).
 
     Args:
         start: distance in scene units up to which a sample counts in full.
@@ -71,7 +71,8 @@ class GTAO:
             exact: matter counts as far as it lies within the radius, everything behind a depth sample being solid.
         n_slices: slices per pixel, 1 to 1024.
         n_steps: depth samples per side of a slice, 1 to 4096.
-        weighting: "cosine" (diffuse visibility) or "uniform" (share of the open solid angle of the hemisphere).
+        weighting: "cosine" (diffuse visibility; theory, eq. (1)) or "uniform" (share of the open solid angle of the
+            hemisphere; eq. (2)).
         slice_measure: "view" spaces slices evenly about the view vector and is exact everywhere in the frame;
             "screen" spaces them evenly in the image, as published, and is biased off the optical axis.
         fetch: "nearest" reads one texel; "linear" interpolates 1/z between four and is exact on planes.

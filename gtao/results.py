@@ -14,7 +14,7 @@ class AmbientOcclusion:
 
     Attributes:
         visibility: (H, W) tensor, 1 = open, 1 on the background. An unbiased estimate: with few slices single pixels
-            of tilted surfaces exceed 1 (others fall short), so average or denoise before clamping.
+            of tilted surfaces exceed 1 (others fall short; theory, eq. (17)), so average or denoise before clamping.
         bent_normal: (H, W, 3) mean unoccluded direction in the view frame, or None.
         config: the method that made it.
     """

@@ -40,8 +40,8 @@ def multibounce(visibility: Any, albedo: Any, fit: MultibounceFit = JIMENEZ2016)
         fit: published or refitted coefficients.
 
     Returns:
-        Tensor of the shape of ``albedo`` (of ``visibility`` for a number), in [V, V + ρ (1 - V)]: bounces add light,
-        and no surface of albedo ρ under a white dome shines brighter than ρ.
+        Tensor of the shape of ``albedo`` (of ``visibility`` for a number), in [V, V + ρ (1 - V)] (theory, eq. (38)):
+        bounces add light, and no surface of albedo ρ under a white dome shines brighter than ρ.
 
     Raises:
         ShapeError: shapes do not match, an albedo lies outside [0, 1], or a visibility is NaN or negative.

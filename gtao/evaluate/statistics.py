@@ -102,9 +102,7 @@ def z_test(
         ShapeError: The shapes cannot be broadcast, a value is not finite, or a variance is negative.
     """
     if not (dof >= 1 and reference_dof >= 1):
-        raise ConfigError(
-            f"degrees of freedom must be at least 1, got {dof} and {reference_dof}; use batches - 1"
-        )
+        raise ConfigError(f"degrees of freedom must be at least 1, got {dof} and {reference_dof}; use batches - 1")
     try:
         a, va, b, vb = np.broadcast_arrays(
             *(np.asarray(x, dtype=np.float64) for x in (mean, variance, reference, reference_variance))
@@ -191,9 +189,7 @@ def z_test_image(
     return ImageTest(p, p >= threshold, n_tests, threshold, significance)
 
 
-def bootstrap_counts(
-    n_clusters: int, n_draws: int, seed: int = 0, *, strata: ArrayLike | None = None
-) -> np.ndarray:
+def bootstrap_counts(n_clusters: int, n_draws: int, seed: int = 0, *, strata: ArrayLike | None = None) -> np.ndarray:
     """How often each cluster is drawn in each bootstrap sample.
 
     Whatever is a sum over clusters (normal equations, squared errors) is resampled by one product with these
@@ -216,9 +212,7 @@ def bootstrap_counts(
     if n_draws < 1:
         raise ConfigError(f"the bootstrap needs at least 1 draw, got {n_draws}")
     if groups.shape != (n_clusters,):
-        raise ConfigError(
-            f"strata must name a group for each of {n_clusters} clusters, got shape {groups.shape}"
-        )
+        raise ConfigError(f"strata must name a group for each of {n_clusters} clusters, got shape {groups.shape}")
     generator = np.random.default_rng(seed)
     counts = np.zeros((n_draws, n_clusters))
     for group in np.unique(groups):
@@ -232,14 +226,12 @@ def bootstrap_counts(
 
 def bootstrap_standard_error(draws: np.ndarray, n_clusters: int) -> np.ndarray:
     """Standard error from bootstrap draws (n_draws, …), with the small-sample factor sqrt(n/(n-1)) for n
-    clusters.
+    clusters (theory, eq. (48)).
     """
     return np.sqrt(n_clusters / (n_clusters - 1)) * np.std(draws, axis=0, ddof=1)
 
 
-def bootstrap_interval(
-    draws: np.ndarray, n_clusters: int, level: float = 0.95
-) -> tuple[np.ndarray, np.ndarray]:
+def bootstrap_interval(draws: np.ndarray, n_clusters: int, level: float = 0.95) -> tuple[np.ndarray, np.ndarray]:
     """Expanded percentile interval (Hesterberg 2015) from bootstrap draws.
 
     The plain percentile interval is too narrow for few clusters, like a normal interval without Student's

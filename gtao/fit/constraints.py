@@ -1,6 +1,6 @@
 """What a fitted function must obey, as linear equations and inequalities of its coefficients.
 
-Both families of :mod:`gtao.fit.forms` make every constraint linear: for the rational one
+Both families of :mod:`gtao.fit.forms` make every constraint linear: for the rational one (theory, eq. (45))
 
     V' ≥ V                ⇔  κ(V) ≥ 0
     V' ≤ V + ρ(1 - V)     ⇔  κ(V) (V + ρ(1 - V)) ≤ 1
@@ -18,8 +18,8 @@ from .forms import Polynomial, Rational
 
 __all__ = ["CONSTRAINTS", "ConstraintSet", "constraint_set"]
 
-#: Names and meanings. The energy bound is the maximum principle: no surface of albedo ρ shines brighter than
-#: ρ under a white dome, so that the occluded share 1 - V of the sky is worth at most ρ (1 - V).
+#: Names and meanings. The energy bound (theory, eq. (38)) is the maximum principle: no surface of albedo ρ shines
+#: brighter than ρ under a white dome, so that the occluded share 1 - V of the sky is worth at most ρ (1 - V).
 CONSTRAINTS = {
     "zero_at_zero": "V'(0) = 0; every form has it",
     "unit_at_one": "V'(1) = 1 at every albedo",

@@ -6,11 +6,11 @@ batches of paths are independent, whatever sampler made them, which allows two c
 
 - Powers and products come from *different* batches. Averaged over all choices of batches this is an
   elementary symmetric polynomial of the batch means, and unbiased exactly: E[e_p(V̂_1 … V̂_B) / (B choose p)]
-  = V^p. V'V^p takes V' from one batch and V^p from the others. This serves everything that is polynomial in V
-  (:class:`Moments`). - Any other function of V goes through the jackknife: B times the value from all
-  batches, minus (B - 1) times the mean of the values that leave one batch out, has no bias of order 1/paths.
-  V̂ is a count, so that sums over pixels can be kept per level of V̂ and serve every function
-  (:class:`Lattice`).
+  = V^p (theory, eq. (46)). V'V^p takes V' from one batch and V^p from the others. This serves everything that is
+  polynomial in V (:class:`Moments`).
+- Any other function of V goes through the jackknife: B times the value from all batches, minus (B - 1) times the
+  mean of the values that leave one batch out, has no bias of order 1/paths (theory, eq. (47)). V̂ is a count, so
+  that sums over pixels can be kept per level of V̂ and serve every function (:class:`Lattice`).
 """
 
 from collections.abc import Callable

@@ -42,8 +42,8 @@ def multibounce(
     """Fit multi-bounce visibility V'(V, ρ) to path counts.
 
     The fit minimises the squared error of V', averaged over albedos and over the weighted pixels of all
-    scenes. Noise in V does not bias it (see :mod:`gtao.fit.moments`): exactly so for the polynomial forms, to
-    second order in 1/paths for the rational ones.
+    scenes (theory, eq. (44)). Noise in V does not bias it (see :mod:`gtao.fit.moments`): exactly so for the
+    polynomial forms, to second order in 1/paths for the rational ones.
 
     Args:
         samples: Path counts of the scenes.

@@ -2,13 +2,13 @@
 
 With one albedo ρ everywhere and a white dome, the light that arrives after at most K surface bounces is
 
-    V'_K(ρ) = Σ_{k=1..K} ρ^(k-1) T_k,
+    V'_K(ρ) = Σ_{k=1..K} ρ^(k-1) T_k    (theory, eq. (35)),
 
 where T_k is the share of paths that leave the scene after exactly k bounces, and V = T_1. One set of counts
 therefore serves every albedo and every number of bounces. Infinitely many bounces add the geometric tail of
 the paths that are still inside after the last counted bounce,
 
-    tail(ρ) = R ρ^K (1 - λ) / (1 - λ ρ),
+    tail(ρ) = R ρ^K (1 - λ) / (1 - λ ρ)    (theory, eq. (37)),
 
 with R their share and λ the share of paths that survive one more bounce. λ is pooled over a scene and its
 last bounces (per pixel there would be too few paths left to tell); V' is 1 at ρ = 1 whatever λ is.

@@ -41,8 +41,8 @@ def acos(x):
 def cosine_arc(nV, nT, c0, c1):
     """|n_p| â, the cosine-weighted arc for h0 <= 0 <= h1, with h0 = -arccos c0 and h1 = arccos c1.
 
-    ½ [n_V (s0² + s1²) + n_T ((h0 - s0 c0) + (h1 - s1 c1))]: the integral of report Eq. 7 without the angle γ and
-    without dividing by |n_p|, which loses three digits in float32.
+    ½ [n_V (s0² + s1²) + n_T ((h0 - s0 c0) + (h1 - s1 c1))]: theory, eq. (12), the integral of eq. (11)
+    without the angle γ and without dividing by |n_p|, which loses three digits in float32.
     """
     c0, c1 = dr.select(c0 < 1, c0, 1), dr.select(c1 < 1, c1, 1)
     q0, q1 = dr.fma(-c0, c0, 1), dr.fma(-c1, c1, 1)
@@ -52,12 +52,12 @@ def cosine_arc(nV, nT, c0, c1):
 
 
 def uniform_arc(c0, c1):
-    """2 - cos h0 - cos h1: solid-angle-weighted arc for h0 <= 0 <= h1 (report appendix A, horizons clamped)."""
+    """2 - cos h0 - cos h1: solid-angle-weighted arc for h0 <= 0 <= h1 (theory, eq. (14); horizons clamped)."""
     return 2 - c0 - c1
 
 
 def cosine_arc_signed(gamma, a, b):
-    """∫_a^b cos(θ - γ) |sin θ| dθ for any arc inside [-π, π]; report Eq. 7 holds only where a <= 0 <= b."""
+    """∫_a^b cos(θ - γ) |sin θ| dθ for any arc inside [-π, π] (theory, eq. (13)); eq. (11) needs a <= 0 <= b."""
 
     def G(t):
         g = dr.cos(gamma) - dr.cos(2 * t - gamma) + 2 * t * dr.sin(gamma)
@@ -67,7 +67,7 @@ def cosine_arc_signed(gamma, a, b):
 
 
 def uniform_arc_signed(a, b):
-    """∫_a^b |sin θ| dθ for any arc inside [-π, π]."""
+    """∫_a^b |sin θ| dθ for any arc inside [-π, π] (below theory, eq. (14))."""
 
     def U(t):
         return dr.select(t < 0, -1, 1) * (1 - dr.cos(t))
@@ -76,5 +76,5 @@ def uniform_arc_signed(a, b):
 
 
 def full_slice(nV, nT):
-    """|n_p| â of an unoccluded slice, n_V + γ n_T; its mean over all slices is exactly 1."""
+    """|n_p| â of an unoccluded slice, n_V + γ n_T (theory, eq. (15)); its mean over slices is exactly 1 by eq. (16)."""
     return dr.fma(dr.atan2(nT, nV), nT, nV)

@@ -2,8 +2,8 @@
 
 Coordinates here count texel centres: x = 0 is the centre of column 0. "nearest" returns the texel under the point.
 "linear" interpolates the quantity that is affine in the image on a plane (1/z in perspective, z in parallel
-projection) and is therefore exact on planes; a cell of four texels that straddles a depth edge falls back to its
-nearest texel, because interpolating there would hang a curtain over the silhouette.
+projection; theory, eq. (30)) and is therefore exact on planes; a cell of four texels that straddles a depth edge
+(eq. (31)) falls back to its nearest texel, because interpolating there would hang a curtain over the silhouette.
 """
 
 import drjit as dr
@@ -27,7 +27,7 @@ def nearest(buffer, x, y, width, UInt):
 def affine_field(view_z, width, height, footprint, orthographic, types):
     """The buffer that :func:`linear` reads: 1/z or z per texel, the sign bit set where the cell straddles an edge.
 
-    The cell of texel (x, y) has the corners (x, y) and (x+1, y+1).
+    The cell of texel (x, y) has the corners (x, y) and (x+1, y+1); theory, eqs. (30) and (31).
 
     Args:
         view_z: flat depth, inf on the background.

@@ -6,7 +6,7 @@ __all__ = ["attenuate", "cosine", "cut_at_sphere"]
 
 
 def cosine(D, V):
-    """⟨D, V⟩/|D| of the offset D from the shaded point to the sample, with |D|² and ⟨D, V⟩ (report Eq. 6)."""
+    """⟨D, V⟩/|D| of the offset D from the shaded point to the sample, with |D|² and ⟨D, V⟩ (theory, eq. (7))."""
     d2 = dr.fma(D[0], D[0], dr.fma(D[1], D[1], D[2] * D[2]))
     dV = dr.fma(D[0], V[0], dr.fma(D[1], V[1], D[2] * V[2]))
     return dV * dr.rsqrt(d2), d2, dV
@@ -15,7 +15,8 @@ def cosine(D, V):
 def attenuate(c, low, distance2, scale, offset):
     """Move c toward ``low`` (the tangent plane of its side) by a weight linear in distance.
 
-    The weight is clamp(scale · |D| + offset, 0, 1), that is 1 up to the start of the falloff and 0 from its end.
+    The weight is clamp(scale · |D| + offset, 0, 1), that is 1 up to the start of the falloff and 0 from its end
+    (theory, eq. (29)).
     """
     w = dr.fma(dr.sqrt(distance2), scale, offset)
     w = dr.select(w > 0, dr.select(w < 1, w, 1), 0)
@@ -27,7 +28,8 @@ def cut_at_sphere(c, d2, dV, p, radius, orthographic):
 
     A depth buffer is solid behind its samples: the matter on the eye ray through sample S starts at S. The part of
     it inside the sphere starts at S itself when S is inside, else where the ray enters the sphere, and ends where
-    the ray leaves it; a ray that misses the sphere, or whose sample lies behind it, blocks nothing.
+    the ray leaves it; a ray that misses the sphere, or whose sample lies behind it, blocks nothing (theory,
+    eqs. (25)-(27)).
 
     Args:
         c, d2, dV: what :func:`cosine` returned.

@@ -27,7 +27,7 @@ def _none(x, y, frame_rotation, frame_offset, key, Float):
 
 
 def _spatial_4x4(x, y, frame_rotation, frame_offset, key, Float):
-    """16 directions in 4×4 pixels and 4 offsets; the slides' formula with its brackets put right."""
+    """16 directions in 4×4 pixels and 4 offsets; the slides' formula with its brackets put right (theory, eq. (33))."""
     k = (((x + y) & 3) << 2) + (x & 3)
     j = (y - x) & 3
     return frac(dr.fma(Float(k), 1 / 16, frame_rotation)), frac(dr.fma(Float(j), 0.25, frame_offset))

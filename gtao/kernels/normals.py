@@ -6,7 +6,7 @@ __all__ = ["from_depth"]
 
 
 def from_depth(view_z, position, width, height, orthographic, types):
-    """Unit normals that face the camera, from the better one-sided difference per axis.
+    """Unit normals that face the camera, from the better one-sided difference per axis (theory, eq. (32)).
 
     Of the differences to the two neighbours along an axis the one is taken whose next neighbour it predicts best
     (1/z is affine along a line on a plane, z in parallel projection): this keeps to one side of a depth edge even

@@ -34,7 +34,10 @@ class SliceFrame:
         return cls(V, k, (Vx * r, Vy * r), n, dr.fma(n[0], k[0], dr.fma(n[1], k[1], n[2])))
 
     def tangent(self, c, s):
-        """Unit tangent T(φ) ⊥ V for (c, s) = (cos φ, sin φ): the minimal rotation of (c, s, 0) from z to V."""
+        """Unit tangent T(φ) ⊥ V for (c, s) = (cos φ, sin φ): the minimal rotation of (c, s, 0) from z to V.
+
+        It is theory, eq. (18).
+        """
         d = self._d(c, s)
         return dr.fma(-d, self.k[0], c), dr.fma(-d, self.k[1], s), -d
 
@@ -44,8 +47,8 @@ class SliceFrame:
     def normal_and_direction(self, c, s):
         """⟨N, T⟩ and the direction to march in, in units of the image plane at distance 1 (x right, y up).
 
-        The direction is T_xy - T_z P_xy / P_z and its length matters: a step of τ along it is a rotation about the
-        eye by arctan(τ V_z / (1 - τ d)) toward T.
+        The direction is T_xy - T_z P_xy / P_z (theory, eq. (19)) and its length matters: a step of τ along it is a
+        rotation about the eye by arctan(τ V_z / (1 - τ d)) toward T (eq. (22)).
         """
         d = self._d(c, s)
         nT = dr.fma(-d, self.n_k, dr.fma(c, self.n[0], s * self.n[1]))
@@ -53,6 +56,8 @@ class SliceFrame:
 
     def extents(self, m, c, s):
         """How far the two sides of the slice see a sphere about P, in units of the marching direction.
+
+        The two are theory, eq. (23).
 
         Args:
             m: tangent of the angle under which the eye sees the sphere's radius.
@@ -67,7 +72,10 @@ class SliceFrame:
 
 @dataclass(frozen=True)
 class ScreenFrame:
-    """The published measure: directions uniform in the image, tangent = their projection orthogonal to V."""
+    """The published measure: directions uniform in the image, tangent = their projection orthogonal to V.
+
+    Slices lack the weight of theory, eq. (20); the bias of an open surface is eq. (21).
+    """
 
     V: tuple[Any, Any, Any]
     n: tuple[Any, Any, Any]
@@ -110,9 +118,9 @@ def frame(measure, V, n, nV):
 
 
 def clamped_start(nV, nT, relief=0.0):
-    """Start values (c0, c1) of the horizon search: the tangent plane, cos(γ ∓ π/2) = ± n_T / |n_p|.
+    """Start values (c0, c1) of the horizon search: the tangent plane, cos(γ ∓ π/2) = ± n_T / |n_p| (theory, eq. (9)).
 
-    Searching upwards from there leaves horizons that are already clamped to the normal's hemisphere.
+    Searching upwards from there leaves horizons that are already clamped to the normal's hemisphere (eq. (8)).
 
     Args:
         relief: angle above the tangent plane, in radians, to give the cosines of instead.

@@ -92,9 +92,9 @@ def visibility(view_z, field, normal, k: Switches, s: Scalars, types):
         types: namespace of :func:`gtao.backend.types_of`.
 
     Returns:
-        Flat array: the mean over slices of |n_p| â (cosine) or of half the clamped solid angle over π (uniform).
-        With few slices single pixels exceed 1: the slices of an unoccluded tilted surface average to 1, each alone
-        does not.
+        Flat array: the mean over slices of |n_p| â (cosine) or of half the clamped solid angle over π (uniform);
+        theory, eq. (10), the blocked arc of a finite radius as in eq. (28). With few slices single pixels exceed 1:
+        the slices of an unoccluded tilted surface average to 1, each alone does not (eq. (17)).
     """
     Float, UInt = types.Float, types.UInt
     index = dr.arange(UInt, k.width * k.height)
@@ -156,7 +156,7 @@ def visibility(view_z, field, normal, k: Switches, s: Scalars, types):
         return (dr.select(c > best[0], c, best[0]),)
 
     def block(first, n, off, direction, sides, horizons):
-        """``n`` unrolled steps on both sides."""
+        """``n`` unrolled steps on both sides, spaced as in theory, eq. (24)."""
         (dx, dy), (side0, side1), (h0, h1) = direction, sides, horizons
         for j in range(n):
             t = _power((off + (first + j)) * (1 / k.n_steps), k.step_exponent)
@@ -256,7 +256,7 @@ def _sphere_extent(k: Switches, radius, z, p):
 
 
 def _reaches(k: Switches, s: Scalars, slice_frame, m, c, q, length, dx, dy, x, y):
-    """Length of the search on the sides -T and +T in pixels: the sphere's extent, within the frame."""
+    """Lengths of the search to -T and +T in pixels (ℓ of theory, eq. (24)): the sphere's extent, within the frame."""
     # Texel centres lie at integers, and a sample is the texel it rounds to: stay a little inside the outermost half.
     margin = 0.499
     rcp_x, rcp_y = 1 / dr.select(abs(dx) > 1e-9, abs(dx), 1e-9), 1 / dr.select(abs(dy) > 1e-9, abs(dy), 1e-9)

@@ -37,7 +37,7 @@ def transport(
     normals: str = "shading",
     progress: Progress | None = None,
 ) -> Transport:
-    """Count after how many surfaces the walks of every pixel leave the scene.
+    """Count after how many surfaces the walks of every pixel leave the scene (theory, eqs. (34) and (35)).
 
     Emitters and materials are ignored, all surfaces are two-sided and diffuse, every direction that meets no
     surface sees the dome. The estimate is what Mitsuba's ``path`` integrator computes for that scene with

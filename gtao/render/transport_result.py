@@ -18,7 +18,7 @@ class Transport:
         escaped: (n_batches, K, N) walks that left the scene after exactly k = 1..K surfaces; uint16 or
             uint32.
         remaining: (n_batches, N) walks still inside after K surfaces. ``escaped.sum(1) + remaining`` is
-            ``spp // n_batches`` exactly.
+            ``spp // n_batches`` exactly (theory, eq. (36)).
         pixel: (N,) flat index ``y * width + x`` of the pixels that show a surface, ascending.
         edge: (N,) True where depth jumps to a neighbouring pixel.
         width, height: of the image.

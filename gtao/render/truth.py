@@ -70,7 +70,7 @@ def visibility(
     bent_normal: bool = True,
     progress: Progress | None = None,
 ) -> Visibility:
-    """Trace cosine-distributed rays from the surface behind every pixel centre.
+    """Trace cosine-distributed rays from the surface behind every pixel centre (theory, eqs. (1) and (3)).
 
     Every shape occludes, whatever its BSDF or emission, and so does the surface itself where a normal leans so
     far that directions about it point below the geometric surface. Start points are found anew in the scene, so

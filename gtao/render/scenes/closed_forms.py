@@ -1,4 +1,4 @@
-"""Visibility of the analytic scenes in closed form, in float64.
+"""Visibility of the analytic scenes in closed form (theory, eq. (40)), in float64.
 
 World frame: z is up and points away from the ground. All forms are for the surfaces that a sensor of the scene can
 see. e denotes the elevation of an occluder's rim above the horizontal.
@@ -15,7 +15,7 @@ BAND = 1e-5
 
 
 def uniform_transport(visibility: float, n_bounces: int) -> np.ndarray:
-    """Transport inside a scene whose visibility is one constant A everywhere: T_k = A (1 - A)^(k-1).
+    """Transport inside a scene whose visibility is one constant A everywhere: T_k = A (1 - A)^(k-1) (theory, eq. (39)).
 
     A path leaves such a scene with probability A at each of its vertices, whatever happened before.
 
