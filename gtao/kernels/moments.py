@@ -116,8 +116,7 @@ def _from_to(side, a, b):
 def _horizon(c):
     """(h, sin h, cos h) for h = arccos c in [0, π]."""
     c = dr.select(c < 1, dr.select(c > -1, c, -1), 1)
-    q = dr.fma(-c, c, 1)
-    return acos(c), dr.sqrt(dr.select(q > 0, q, 0)), c
+    return acos(c), dr.sqrt(dr.fma(-c, c, 1)), c
 
 
 def _half_angle(c):

@@ -53,8 +53,7 @@ def sample(cos_tilt, sin_tilt, u):
     low, high = dr.asin(2 * v), math.pi * v
     phi = dr.fma(sin_tilt, low - high, high)
     for _ in range(_ITERATIONS):
-        p = density(cos_tilt, sin_tilt, phi)
-        step = (cdf(cos_tilt, sin_tilt, phi) - v) / dr.select(p > 0, p, 1)
-        phi = phi - step
+        phi = phi - (cdf(cos_tilt, sin_tilt, phi) - v) / density(cos_tilt, sin_tilt, phi)
+        # Edge-on the density vanishes at π/2; 0/0 compares false, which leaves the lower bound, the root there.
         phi = dr.select(phi > low, dr.select(phi < high, phi, high), low)
     return dr.select(mirrored, math.pi - phi, phi)

@@ -35,3 +35,18 @@ def test_every_normal_of_a_random_depth_faces_the_camera(kind, spread):
             else -np.sum(n * P, axis=-1) / np.linalg.norm(P + ~surface[..., None], axis=-1)
         )
         assert toward[surface].min() > 0
+
+
+def test_a_grazing_normal_keeps_its_side_in_single_precision():
+    """Between depths that jump, normals are seen so nearly edge-on that float32 cannot tell the sign of ⟨N, P⟩.
+
+    Such a normal is still right to within a fraction of a degree; to turn it would be to reverse it.
+    """
+    camera = gtao.PerspectiveCamera(1920, 1080, 1.0).crop(0, 0, 64, 48)
+    view_z = np.exp(np.random.default_rng(0).uniform(-2, 2, camera.shape)).astype(np.float32)
+    single, double = (gtao.GBuffer(view_z.astype(dtype), None, camera) for dtype in (np.float32, np.float64))
+    n, P = single.normal_v.numpy().astype(np.float64), single.position_v.numpy().astype(np.float64)
+    assert (np.sum(n * P, axis=-1) > 0).any()
+    # A neighbour is nearer by e^4 at most, so the two tangents differ by at least the angle of a pixel over e^4; their
+    # rounding turns the plane through them by 2^-24 over that.
+    assert np.abs(n - double.normal_v.numpy()).max() < 2**-24 * camera.fy * np.exp(4)
