@@ -28,6 +28,27 @@ SCENE = """<scene version="3.0.0">
 """
 
 
+#: A floor whose vertex normals lean, with a ball on it: shading and geometric normals are not the same here.
+LEANING_FLOOR = """
+v -3 0 -3\nv 3 0 -3\nv 3 0 3\nv -3 0 3
+vn 0.4 0.9 0\nvn 0 0.9 0.4\nvn -0.4 0.9 0\nvn 0 0.9 -0.4
+f 1//1 3//3 2//2\nf 1//1 4//4 3//3
+"""
+CAMERA = """
+  <sensor type="perspective">
+    <float name="fov" value="60"/>
+    <transform name="to_world"><lookat origin="{origin}" target="0, 0.5, 0" up="0, 1, 0"/></transform>
+    <film type="hdrfilm"><integer name="width" value="64"/><integer name="height" value="48"/></film>
+  </sensor>"""
+TWO_VIEWS = f"""<scene version="3.0.0">
+  <shape type="obj"><string name="filename" value="floor.obj"/></shape>
+  <shape type="sphere"><point name="center" value="0, 0.7, 0"/></shape>
+  {CAMERA.format(origin="0, 2, 5")}
+  {CAMERA.format(origin="3, 1, 2")}
+</scene>
+"""
+
+
 @dataclass(frozen=True)
 class Outcome:
     code: int
@@ -533,13 +554,15 @@ def read(path):
 
 
 def test_render(command, tmp_path):
-    path = tmp_path / "new" / "head.exr"
+    (tmp_path / "floor.obj").write_text(LEANING_FLOOR)
+    (tmp_path / "ball.xml").write_text(TWO_VIEWS)
+    source, path = tmp_path / "ball.xml", tmp_path / "new" / "ball.exr"
     options = ["--resolution", 24, "--spp", SPP, "--bounces", 3, "--max-distance", 2, "--seed", 5, "--sensor", 1]
-    outcome = command("render", "head", "-o", path, *options, "--normals", "geometric")
+    outcome = command("render", source, "-o", path, *options, "--normals", "geometric")
     assert outcome.code == 0
     assert outcome.out == f"wrote {path}\n"
     assert "100%" in outcome.err
-    assert [p.name for p in path.parent.iterdir()] == ["head.exr"]
+    assert [p.name for p in path.parent.iterdir()] == ["ball.exr"]
 
     channels, manifest = read(path)
     axes = [f"{layer}.{axis}" for layer in ("N", "bent") for axis in "XYZ"]
@@ -548,11 +571,13 @@ def test_render(command, tmp_path):
     assert sorted(channels) == sorted(["Z", *axes, *albedo, *truth, "transport.01", "transport.02", "transport.03"])
     assert {plane.dtype for plane in channels.values()} == {np.dtype(np.float32)}
 
-    scene = gtao.render.load_scene("head", resolution=24)
+    scene = gtao.render.load_scene(source, resolution=24)
     g = gtao.render.gbuffer(scene, 1, normals="geometric")
     expected = gtao.render.visibility(scene, g, 2.0, SPP, 5, sensor=1)
     transport = gtao.render.transport(scene, g, 3, SPP, 5, sensor=1, normals="geometric")
     mask = g.mask.numpy()
+    assert mask.any()
+    assert not mask.all()
     assert np.array_equal(channels["Z"], g.view_z.numpy())
     assert np.array_equal(channels["N.Y"], g.normal_v.numpy()[..., 1])
     assert np.array_equal(channels["albedo.G"], g.albedo.numpy()[..., 1])
@@ -566,7 +591,7 @@ def test_render(command, tmp_path):
     assert gtao.camera_from_dict(manifest["camera"]).to_dict() == g.camera.to_dict()
     assert manifest["made_by"] == f"gtao {gtao.__version__} render"
     assert manifest["config"] == {
-        "source": "head",
+        "source": "ball.xml",
         "sensor": 1,
         "normals": "geometric",
         "spp": SPP,

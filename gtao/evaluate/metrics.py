@@ -121,7 +121,5 @@ def _errors(image: Any, reference: Any, mask: Any, weights: Any) -> tuple[np.nda
 def _expand(name: str, values: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
     """Give a per-pixel array the trailing channel axes of the image."""
     if values.shape != shape[: values.ndim]:
-        raise ShapeError(
-            f"{name} has shape {values.shape}, the images {shape}; it must match their leading axes"
-        )
+        raise ShapeError(f"{name} has shape {values.shape}, the images {shape}; it must match their leading axes")
     return np.broadcast_to(values.reshape(values.shape + (1,) * (len(shape) - values.ndim)), shape)

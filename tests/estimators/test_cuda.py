@@ -1,8 +1,9 @@
 """The same estimate on the GPU. The arrays decide the backend, so nothing but the input differs."""
 
-import gtao
 import numpy as np
 import pytest
+
+import gtao
 
 pytestmark = pytest.mark.cuda
 

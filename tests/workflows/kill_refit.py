@@ -1,8 +1,8 @@
 """Kill ``gtao refit`` with SIGKILL at random moments, start it again, and compare the end with an undisturbed run.
 
-The kills come in fours, which aim at: any moment of a run with an empty cache; a moment while the next run, which
-resumes, writes its files; and both again in runs that replace the complete result of an earlier one with another
-option, whose record must never pass for one of the new files. Run as
+The kills come in fours. They aim at any moment of a run that begins with an empty cache; at a moment when the next run,
+which goes on from there, replaces the files of a complete earlier result with another option, whose record must never
+pass for one of the new files; and at both moments again in runs that find what the one before has left. Run as
 
     python tests/workflows/kill_refit.py [--kills 10] [--seed 0] [--scenes pile stairs …] [--resolution 32] [--spp 64]
 """
@@ -135,7 +135,7 @@ def run(n_kills, seed, scenes, resolution, spp, say=print):
         for kill in range(n_kills):
             if kill % 4 == 0:
                 shutil.rmtree(cache, ignore_errors=True)
-            elif kill % 4 == 2:
+            elif kill % 4 == 1:
                 shutil.rmtree(output, ignore_errors=True)
                 shutil.copytree(earlier, output)
             process = runs.start(output, cache)

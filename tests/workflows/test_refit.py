@@ -218,7 +218,8 @@ class TestOptions:
         assert list(record["numbers"]["comparison"]) == ["4", "inf"]
 
     def test_other_bounces_join_those_that_are_always_tabulated(self, cache, tmp_path):
-        config = replace(CONFIG, fit=replace(CONFIG.fit, bounces=3, form="one_parameter"))
+        settings = replace(CONFIG.fit, bounces=3, form="one_parameter", constraints=("energy",))
+        config = replace(CONFIG, fit=settings)
         outcome = workflows.refit(config, tmp_path, cache=cache)
         assert list(outcome.tables) == [3, 4, math.inf]
         for table in outcome.tables.values():
@@ -258,6 +259,13 @@ class TestOptions:
         for i, entry in enumerate(outcome.record["inputs"]):
             assert len(set(entry["views"])) == 2
             assert entry["n_pixels"] == sum(t.pixel.size for _, t in transports[2 * i : 2 * i + 2])
+
+    def test_pixel_blocks_of_several_cameras_are_not_mixed(self, cache, tmp_path):
+        settings = replace(CONFIG.fit, form="one_parameter")
+        config = replace(CONFIG, scenes=("pile",), all_sensors=True, fit=settings)
+        result = workflows.refit(config, tmp_path, cache=cache).result
+        # 8 x 8 blocks in each of two images without background.
+        assert (result.clusters, result.n_clusters) == ("pixel blocks", 128)
 
     def test_a_scene_of_the_user_beside_embedded_ones(self, cache, tmp_path):
         path = tmp_path / "mine" / "scene.xml"

@@ -2,8 +2,8 @@
 
     python fits/multibounce/2026-11/run.py -o DIR
 
-Records are not edited. Run into another directory to repeat the fit; everything but time stamps, versions and the commit
-must come out as it lies here.
+Records are not edited. Run into another directory to repeat the fit; everything but time stamps, versions and the
+commit must come out as it lies here.
 """
 
 import argparse
