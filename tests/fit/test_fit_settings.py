@@ -111,7 +111,7 @@ def test_labels():
         ({"weighting": "area"}, "unknown weighting 'area'; choose one of scene, pixel, uniform"),
         ({"n_bootstrap": -1}, r"n_bootstrap must be 0 \(none\) or at least 2, got -1"),
         ({"n_bootstrap": 1}, "at least 2"),
-        ({"level": 1.0}, r"level must lie in \(0, 1\), got 1.0"),
+        ({"level": 1.0, "n_bootstrap": 0}, r"level must lie in \(0, 1\), got 1.0"),
     ],
 )
 def test_refusals(kwargs, message):
