@@ -6,5 +6,5 @@ import pytest
 
 @pytest.mark.slow
 def test_killed_runs_leave_whole_files_and_the_next_one_ends_as_if_nothing_had_been(capsys):
-    kill_refit.run(3, seed=1, scenes=["pile", "stairs", "cloth"], resolution=16, spp=32)
+    kill_refit.run(3, seed=3, scenes=["pile", "stairs", "cloth"], resolution=16, spp=32)
     assert "identical apart from time stamps" in capsys.readouterr().out
