@@ -686,6 +686,14 @@ def test_a_camera_file_with_the_matrix_for_normals_in_world_space(command, here)
     assert np.array_equal(visibility_of(here / "ao.exr"), visibility_of(here / "own.exr"))
 
 
+def test_a_foreign_image_with_normals_in_the_view_frame(command, refuses, here):
+    refuses("occlusion", "no_camera.exr", "-o", "ao.exr", "--camera", "camera.json", words=["view or world space"])
+    options = ["--camera", "camera.json", "--normal-frame", "view"]
+    assert command("occlusion", "no_camera.exr", "-o", "ao.exr", *options).code == 0
+    assert command("occlusion", "whole.exr", "-o", "own.exr").code == 0
+    assert np.array_equal(visibility_of("ao.exr"), visibility_of("own.exr"))
+
+
 def test_a_layer_is_chosen(command, here):
     channels, manifest = read(here / "whole.exr")
     layers = {}
