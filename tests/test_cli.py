@@ -537,6 +537,9 @@ def test_a_quick_refit_is_small_where_nothing_else_is_said(configured):
 
 def test_refit(command, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    # Drawing takes most of a small run's time and is no part of this.
+    monkeypatch.setattr(gtao.plot, "refit_figures", lambda *_: {})
+    monkeypatch.setattr(gtao.plot, "refit_report", lambda *_, **__: "page")
     outcome = command("refit", "pile", "stairs", "cloth", "--resolution", 16, "--spp", 32, "--bootstrap", 20)
     assert outcome.code == 0
     fit = io.read_fit("refit/coefficients.json")
