@@ -56,7 +56,7 @@ def knowable(rows):
             "solid" if row["solid"] else "thin",
             f"{row['limit_rmse']:.3f}",
             f"{row['knowable_share']:.0%}",
-            f"{row['dense_rmse_where_knowable']:.4f}",
+            f"{row['dense_rmse_where_knowable']:.5f}",
             f"{row['dense_bias_where_knowable']:+.4f}",
         ]
         for row in rows

@@ -53,7 +53,7 @@ def cosine_arc(nV, nT, c0, c1):
 
 def uniform_arc(c0, c1):
     """2 - cos h0 - cos h1: solid-angle-weighted arc for h0 <= 0 <= h1 (theory, eq. (14); horizons clamped)."""
-    return 2 - c0 - c1
+    return 2 - dr.select(c0 < 1, c0, 1) - dr.select(c1 < 1, c1, 1)
 
 
 def cosine_arc_signed(gamma, a, b):

@@ -16,12 +16,24 @@ __all__ = ["EDGE_STEP", "affine_field", "linear", "nearest"]
 EDGE_STEP = 2.0
 
 
-def nearest(buffer, x, y, width, UInt):
+# Above this many texels a flat index no longer fits the 24 bits of a float32.
+_EXACT_TEXELS = 1 << 24
+
+
+def _index(x, y, width, height, types):
+    """Flat index of integer coordinates given as floats; 0 where they are NaN or outside, never a wild address."""
+    UInt, Int = types.UInt, types.Int
+    if width * height <= _EXACT_TEXELS:
+        index = UInt(Int(dr.fma(y, width, x)))
+    else:
+        index = UInt(Int(y)) * width + UInt(Int(x))
+    return dr.select(index < width * height, index, 0)
+
+
+def nearest(buffer, x, y, width, height, types):
     """Texel of ``buffer`` nearest to (x, y), and that texel's coordinates as floats. The point must lie inside."""
-    Float = type(x)
     x, y = dr.round(x), dr.round(y)
-    index = UInt(dr.int32_array_t(Float)(dr.fma(y, width, x)))
-    return dr.gather(Float, buffer, index), x, y
+    return dr.gather(types.Float, buffer, _index(x, y, width, height, types)), x, y
 
 
 def affine_field(view_z, width, height, footprint, orthographic, types):
@@ -74,12 +86,12 @@ def linear(field, x, y, width, height, orthographic, types):
 
     That point is (x, y) itself, but the centre of the nearest texel where the cell straddles an edge.
     """
-    Float, UInt, Int = types.Float, types.UInt, types.Int
+    Float = types.Float
     x0, y0 = dr.floor(x), dr.floor(y)
     x0 = dr.select(x0 < 0, 0, dr.select(x0 > width - 2, width - 2, x0))
     y0 = dr.select(y0 < 0, 0, dr.select(y0 > height - 2, height - 2, y0))
     u, v = x - x0, y - y0
-    index = UInt(Int(dr.fma(y0, width, x0)))
+    index = _index(x0, y0, width, height, types)
     f00 = dr.gather(Float, field, index)
     f10 = dr.gather(Float, field, index + 1)
     f01 = dr.gather(Float, field, index + width)

@@ -2,7 +2,7 @@
 
 import drjit as dr
 
-__all__ = ["attenuate", "cosine", "cut_at_sphere"]
+__all__ = ["apart_squared", "attenuate", "cosine", "cut_at_sphere"]
 
 
 def cosine(D, V):
@@ -23,16 +23,19 @@ def attenuate(c, low, distance2, scale, offset):
     return dr.fma(w, c - low, low)
 
 
-def cut_at_sphere(c, d2, dV, p, radius, orthographic):
+def cut_at_sphere(c, d2, dV, apart2, p, radius, orthographic):
     """The arc that the solid behind a sample blocks, as far as it lies within ``radius`` of the shaded point.
 
     A depth buffer is solid behind its samples: the matter on the eye ray through sample S starts at S. The part of
     it inside the sphere starts at S itself when S is inside, else where the ray enters the sphere, and ends where
     the ray leaves it; a ray that misses the sphere, or whose sample lies behind it, blocks nothing (theory,
-    eqs. (25)-(27)).
+    eq. (25), (26), (27)). Where the ray meets the sphere follows from how far it passes from P, not from S: samples
+    far in front of a small sphere would cancel all digits.
 
     Args:
         c, d2, dV: what :func:`cosine` returned.
+        apart2: squared distance of P from the eye ray (orthographic), or squared sine of the angle between the eye
+            rays through P and through S (perspective).
         p: distance from the eye to the shaded point (perspective only).
 
     Returns:
@@ -40,17 +43,29 @@ def cut_at_sphere(c, d2, dV, p, radius, orthographic):
     """
     r2 = radius * radius
     if orthographic:
-        b, eV = -dV, -1
+        beyond, h2, foot, slope = -dV, apart2, 0, 1
     else:
-        # The unit eye ray e through S = P + D, using P = -p V throughout.
-        rcp_s = dr.rsqrt(dr.fma(p, dr.fma(-2, dV, p), d2))
-        b = dr.fma(-p, dV, d2) * rcp_s
-        eV = (dV - p) * rcp_s
-    discriminant = dr.fma(b, b, r2 - d2)
-    half = dr.sqrt(dr.select(discriminant > 0, discriminant, 0))
+        beyond, h2, foot, slope = dr.fma(-p, dV, d2), p * p * apart2, p * apart2, dr.sqrt(1 - apart2)
+    chord2 = r2 - h2
+    chord = dr.sqrt(dr.select(chord2 > 0, chord2, 0)) * slope
     rcp_r = 1 / radius
-    upper = dr.fma(-b - half, eV, dV) * rcp_r
-    lower = dr.fma(half - b, eV, dV) * rcp_r
     inside = d2 <= r2
-    hit = inside | ((discriminant > 0) & (b + half < 0))
-    return dr.select(inside, c, dr.select(hit, upper, -1)), dr.select(hit, lower, 1)
+    hit = inside | ((chord2 > 0) & (beyond < 0))
+    upper = dr.select(inside, c, dr.select(hit, (foot + chord) * rcp_r, -1))
+    return upper, dr.select(hit, (foot - chord) * rcp_r, 1)
+
+
+def apart_squared(dX, dY, X0, Y0, rcp_a2, X, Y, orthographic):
+    """How far the eye rays through two image points are apart, squared; see :func:`cut_at_sphere`.
+
+    Args:
+        dX, dY: difference of the image-plane coordinates; the differences keep the digits that the points lose.
+        X0, Y0, rcp_a2: the shaded point's coordinates and 1 / (X0² + Y0² + 1).
+        X, Y: the sample's coordinates.
+    """
+    d2 = dr.fma(dX, dX, dY * dY)
+    if orthographic:
+        return d2
+    t = dr.fma(dX, Y0, -dY * X0)
+    sine2 = dr.fma(t, t, d2) * rcp_a2 / dr.fma(X, X, dr.fma(Y, Y, 1))
+    return dr.select(sine2 < 1, sine2, 1)

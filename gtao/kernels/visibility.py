@@ -104,13 +104,14 @@ def visibility(view_z, field, normal, k: Switches, s: Scalars, types):
 
     surface = dr.isfinite(view_z)
     z = dr.select(surface, view_z, 1)
-    X, Y = dr.fma(x, s.ax, s.bx), dr.fma(y, s.ay, s.by)
+    X0, Y0 = dr.fma(x, s.ax, s.bx), dr.fma(y, s.ay, s.by)
+    rcp_a2 = 1 / dr.fma(X0, X0, dr.fma(Y0, Y0, 1))
     if k.orthographic:
-        P = (X, Y, -z)
+        P = (X0, Y0, -z)
         V = (Float(0), Float(0), Float(1))
         p = None
     else:
-        P = (X * z, Y * z, -z)
+        P = (X0 * z, Y0 * z, -z)
         p2 = dr.fma(P[0], P[0], dr.fma(P[1], P[1], z * z))
         rcp_p = dr.rsqrt(p2)
         V = (-P[0] * rcp_p, -P[1] * rcp_p, z * rcp_p)
@@ -136,7 +137,7 @@ def visibility(view_z, field, normal, k: Switches, s: Scalars, types):
         if k.fetch == "linear":
             zs, px, py = fetch.linear(field, px, py, k.width, k.height, k.orthographic, types)
         else:
-            zs, tx, ty = fetch.nearest(view_z, px, py, k.width, UInt)
+            zs, tx, ty = fetch.nearest(view_z, px, py, k.width, k.height, types)
             if k.snap_to_texel:
                 px, py = tx, ty
         X, Y = dr.fma(px, s.ax, s.bx), dr.fma(py, s.ay, s.by)
@@ -148,7 +149,9 @@ def visibility(view_z, field, normal, k: Switches, s: Scalars, types):
         # Background samples are infinitely far: their cosine is NaN, which compares false.
         if cut:
             upper, lower = best
-            c, end = horizon.cut_at_sphere(c, d2, dV, p, s.radius, k.orthographic)
+            dX, dY = (px - x) * s.ax, (py - y) * s.ay
+            apart2 = horizon.apart_squared(dX, dY, X0, Y0, rcp_a2, X, Y, k.orthographic)
+            c, end = horizon.cut_at_sphere(c, d2, dV, apart2, p, s.radius, k.orthographic)
             rises = (c > side.counts) & (end < lower)
             return dr.select(c > upper, c, upper), dr.select(rises, end, lower)
         if k.falloff:

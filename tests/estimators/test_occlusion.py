@@ -199,3 +199,21 @@ def test_wrong_arguments(arguments, message):
 def test_wrong_frame_index(index):
     with pytest.raises(gtao.ConfigError, match="frame_index"):
         gtao.ambient_occlusion(frame(), frame_index=index)
+
+
+@pytest.mark.parametrize("weighting", ["cosine", "uniform"])
+@pytest.mark.parametrize(("far", "near", "radius"), [(100, 5, 1), (1000, 5, 1), (1000, 5, 10), (10000, 5, 1)])
+def test_single_precision_survives_an_occluder_many_radii_in_front(far, near, radius, weighting):
+    """A thin column close to the camera before a wall: the radius is tiny beside their distance."""
+    camera = gtao.PerspectiveCamera(160, 120, 1.0)
+    depth = np.full((120, 160), float(far))
+    depth[:, 77:83] = near
+    method = gtao.GTAO(radius=radius, n_slices=8, n_steps=16, weighting=weighting)
+    normals = np.tile([0.0, 0.0, 1.0], (120, 160, 1))
+    single, double = (
+        gtao.ambient_occlusion(gtao.GBuffer(depth.astype(t), normals.astype(t), camera), method).visibility.numpy()
+        for t in (np.float32, np.float64)
+    )
+    assert single.min() >= 0
+    # Single pixels differ where a sample lies exactly on the rim of the sphere or between two texels.
+    assert np.mean(np.abs(single - double) > 1e-3) < 1e-3

@@ -125,9 +125,33 @@ def test_nearest_reads_the_texel_under_the_point(precision):
         precision.lanes(x),
         precision.lanes(y),
         width,
-        precision.types.UInt,
+        height,
+        precision.types,
     )
     column, row = np.round(x).astype(int), np.round(y).astype(int)
     assert np.array(z) == pytest.approx(buffer[row, column], rel=precision.tolerance)
     assert np.array_equal(np.array(tx), column)
     assert np.array_equal(np.array(ty), row)
+
+
+def test_a_coordinate_that_is_nan_reads_a_texel_and_no_wild_address(precision):
+    buffer = precision.lanes([1.0, 2.0, 3.0, 4.0])
+    nowhere = precision.lanes([np.nan, np.inf, -1e30, 1e30])
+    z, *_ = fetch.nearest(buffer, nowhere, nowhere, 2, 2, precision.types)
+    assert set(np.array(z)) <= {1.0, 2.0, 3.0, 4.0}
+    field = fetch.affine_field(buffer, 2, 2, 0.1, True, precision.types)
+    z, *_ = fetch.linear(field, nowhere, nowhere, 2, 2, True, precision.types)
+    assert len(np.array(z)) == 4
+
+
+def test_texels_beyond_the_integers_of_float32_are_still_told_apart():
+    """4097 x 4097 texels: a flat index above 2^24 is even in float32."""
+    from gtao import backend
+
+    types = backend.types_of(backend.default_float())
+    side = 4097
+    column = dr.arange(types.UInt, side * side) % side
+    z, *_ = fetch.nearest(
+        types.Float(column), types.Float([side - 1.0, side - 2.0]), types.Float([side - 1.0] * 2), side, side, types
+    )
+    assert list(np.array(z)) == [side - 1, side - 2]

@@ -88,6 +88,36 @@ def eye_rays(orthographic, radius, n=200, seed=2):
             yield P, V, S, e
 
 
+def cut(precision, P, V, S, radius, orthographic):
+    """Both ends of the blocked arc, from points as the kernel meets them: image-plane coordinates and depths."""
+    a, b = (P[:2], S[:2]) if orthographic else (P[:2] / -P[2], S[:2] / -S[2])
+    (X0, Y0), (X, Y), (dX, dY) = (tuple(map(precision.Float, map(float, v))) for v in (a, b, b - a))
+    rcp_a2 = 1 / (X0 * X0 + Y0 * Y0 + 1)
+    c, d2, dV = horizon.cosine(vector(precision, [S - P]), vector(precision, [V]))
+    apart2 = horizon.apart_squared(dX, dY, X0, Y0, rcp_a2, X, Y, orthographic)
+    p = precision.Float(float(np.linalg.norm(P)))
+    upper, lower = horizon.cut_at_sphere(c, d2, dV, apart2, p, precision.Float(radius), orthographic)
+    return upper[0], lower[0]
+
+
+@pytest.mark.parametrize("orthographic", [False, True], ids=["perspective", "orthographic"])
+def test_samples_far_in_front_of_a_small_sphere_keep_their_digits(precision, orthographic):
+    """An occluder a thousand radii in front: the eye ray's passage decides, the sample's distance must not."""
+    radius = 0.3
+    P = np.array([40.0, -30.0, -1000.0])
+    V = np.array([0.0, 0.0, 1.0]) if orthographic else slice_oracle.unit(-P)
+    for share in (0.2, 0.5, 0.9):
+        beside = P + share * radius * slice_oracle.unit(np.cross(V, [0.3, 1.0, 0.2]))
+        S = beside + 900 * V if orthographic else 0.1 * beside
+        e = -V if orthographic else slice_oracle.unit(beside)
+        offset = beside - P
+        foot = offset - (offset @ e) * e
+        half = np.sqrt(radius**2 - foot @ foot)
+        want = [((foot - side * half * e) @ V) / radius for side in (1, -1)]
+        # The offset of 0.3 beside coordinates of 40 keeps 17 bits in float32.
+        assert cut(precision, P, V, S, radius, orthographic) == pytest.approx(want, abs=100 * precision.tolerance)
+
+
 @pytest.mark.parametrize("orthographic", [False, True], ids=["perspective", "orthographic"])
 def test_cut_at_sphere_against_sampling(precision, orthographic):
     radius = 0.7
@@ -96,9 +126,6 @@ def test_cut_at_sphere_against_sampling(precision, orthographic):
         want = solid_within(P, S, V, e, radius)
         inside = np.linalg.norm(S - P) <= radius
         kinds["inside" if inside else "entering" if want[0] > -1 else "missing"] += 1
-        c, d2, dV = horizon.cosine(vector(precision, [S - P]), vector(precision, [V]))
-        p = precision.Float(float(np.linalg.norm(P)))
-        upper, lower = horizon.cut_at_sphere(c, d2, dV, p, precision.Float(radius), orthographic)
         # A percent away from a graze the square root amplifies rounding by at most ten.
-        assert (upper[0], lower[0]) == pytest.approx(want, abs=10 * precision.tolerance)
+        assert cut(precision, P, V, S, radius, orthographic) == pytest.approx(want, abs=10 * precision.tolerance)
     assert min(kinds.values()) > 20
