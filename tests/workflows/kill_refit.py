@@ -1,10 +1,11 @@
 """Kill ``gtao refit`` with SIGKILL at random moments, start it again, and compare the end with an undisturbed run.
 
-The kills come in fours. They aim at any moment of a run that begins with an empty cache; at a moment when the next run,
-which goes on from there, replaces the files of a complete earlier result with another option, whose record must never
-pass for one of the new files; and at both moments again in runs that find what the one before has left. Run as
+Every other kill aims at a moment of the whole run, spread over it from its start to its end; those between aim at a
+moment when a random one of the files has just been written. Every fourth run begins with an empty cache, the others go
+on from what the one before has left. Half of them replace a complete earlier result with another option, whose record
+must never pass for one of the new files. Run as
 
-    python tests/workflows/kill_refit.py [--kills 10] [--seed 0] [--scenes pile stairs …] [--resolution 32] [--spp 64]
+    python tests/workflows/kill_refit.py [--kills 10] [--seed 0] [--scenes pile stairs …] [--resolution 64] [--spp 128]
 """
 
 import argparse
@@ -135,7 +136,7 @@ def run(n_kills, seed, scenes, resolution, spp, say=print):
         for kill in range(n_kills):
             if kill % 4 == 0:
                 shutil.rmtree(cache, ignore_errors=True)
-            elif kill % 4 == 1:
+            if kill and kill % 4 < 2:
                 shutil.rmtree(output, ignore_errors=True)
                 shutil.copytree(earlier, output)
             process = runs.start(output, cache)
@@ -144,7 +145,8 @@ def run(n_kills, seed, scenes, resolution, spp, say=print):
                 wait_until_written(process, output, n)
                 delay, where = chance.uniform(0, 0.1), f"file {n} of {n_files}"
             else:
-                delay, where = chance.uniform(0, warm if kill % 4 else cold), "the start"
+                share = (kill // 2 + chance.random()) / (n_kills - n_kills // 2)
+                delay, where = share * (warm if kill % 4 else cold), "the start"
             killed = kill_after(process, delay)
             done += killed
             state = f"{n_entries(cache)} of {len(scenes)} scenes cached, {check(output)}"
@@ -163,8 +165,8 @@ def main():
     parser.add_argument("--kills", type=int, default=10)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--scenes", nargs="+", default=["pile", "stairs", "cloth", "city"])
-    parser.add_argument("--resolution", type=int, default=32)
-    parser.add_argument("--spp", type=int, default=64)
+    parser.add_argument("--resolution", type=int, default=64)
+    parser.add_argument("--spp", type=int, default=128)
     options = parser.parse_args()
     run(options.kills, options.seed, options.scenes, options.resolution, options.spp)
 
