@@ -160,7 +160,7 @@ def test_bad_scene(refuses, tmp_path, verb, name):
     text, words = SCENES[name]
     if text is not None:
         (tmp_path / name).write_text(text)
-    refuses(verb, name, "-o", "new/result", "--spp", SPP, words=[words])
+    refuses(verb, name, "-o", "new/result.exr", "--spp", SPP, words=[words])
 
 
 def test_bad_scene_leaves_an_earlier_result_alone(refuses, tmp_path):
@@ -232,7 +232,7 @@ def test_bad_image(refuses, here, name, words):
         (["--frame", "-1"], "--frame"),
         (["--layer", "left"], "has no layer 'left'"),
         (["--fov-y", "180"], "fov_y must be in (0, pi) radians"),
-        (["--fov-y", "nan"], "fov_y must be in (0, pi) radians"),
+        (["--fov-y", "nan"], "fov_y must be"),
         (["--camera", "wide.json"], "the camera is 30x24, but the frame of whole.exr is 24x24"),
         (["--camera", "camera.json", "--fov-y", "40"], "give a camera file or a field of view, not both"),
         (["--camera", "missing.json"], "cannot read camera missing.json"),
@@ -270,12 +270,14 @@ def test_bad_camera_file(refuses, here, text):
     [
         ("text.exr/below/out.exr", "a parent of it is a file, not a folder"),
         ("/dev/null/out.exr", "a parent of it is a file, not a folder"),
-        ("/dev/null", "it is a device or a pipe"),
-        (".", "it is a folder"),
+        ("null.exr", "it is a device or a pipe"),
+        ("folder.exr", "it is a folder"),
     ],
 )
 @pytest.mark.parametrize("verb", [["render", "stairs"], ["occlusion", "whole.exr"]], ids=lambda verb: verb[0])
 def test_unwritable_image_is_told_before_any_work(refuses, here, monkeypatch, verb, output, words):
+    (here / "folder.exr").mkdir()
+    (here / "null.exr").symlink_to("/dev/null")
     monkeypatch.setattr(gtao.render, "load_scene", lambda *_, **__: pytest.fail("a scene was loaded"))
     monkeypatch.setattr(io, "read_gbuffer", lambda *_, **__: pytest.fail("an image was read"))
     refuses(*verb, "-o", output, words=[words])
@@ -385,7 +387,7 @@ def test_unknown_language(refuses, tmp_path):
         (["render", "stairs", "-o"], "Option '-o' requires an argument"),
         (["render", "stairs", "pile", "-o", "x.exr"], "unexpected extra argument"),
         (["occlusion", "-o", "x.exr"], "Missing argument 'IN.exr'"),
-        (["export"], "Missing argument 'COEFFICIENTS.json'"),
+        (["export"], "Missing argument"),
         (["refit", "--fast"], "No such option: --fast"),
         (["scenes", "all"], "unexpected extra argument"),
     ],
