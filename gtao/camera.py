@@ -4,6 +4,7 @@ Pixel coordinates are continuous, (0, 0) is the top left corner of the top left 
 """
 
 import math
+import numbers
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -15,22 +16,46 @@ from .errors import ConfigError
 __all__ = ["OrthographicCamera", "PerspectiveCamera", "camera_from_dict"]
 
 
-def _check_size(width: int, height: int) -> None:
-    for name, value in (("width", width), ("height", height)):
-        if isinstance(value, bool) or value != int(value) or value < 1:
-            raise ConfigError(f"camera {name} must be a positive integer, got {value!r}")
+#: Image-plane slopes and positions beyond these would overflow float32 when squared.
+MAX_SLOPE = 1e6
+MAX_EXTENT = 1e12
 
 
-def _check_finite(**values: float) -> None:
+def _size(name: str, value: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, numbers.Integral) or value < 1:
+        raise ConfigError(f"camera {name} must be a positive integer, got {value!r}")
+    return int(value)
+
+
+def _finite(name: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, numbers.Real) or not math.isfinite(value):
+        raise ConfigError(f"camera {name} must be a finite number, got {value!r}")
+    return float(value)
+
+
+def _positive(name: str, value: Any) -> float:
+    number = _finite(name, value)
+    if number <= 0:
+        raise ConfigError(f"camera {name} must be positive, got {value!r}")
+    return number
+
+
+def _set(camera: Any, **values: Any) -> None:
+    """Fill in the fields of a frozen camera, checked for what its kernels can compute with."""
     for name, value in values.items():
-        if not math.isfinite(value):
-            raise ConfigError(f"camera {name} must be finite, got {value}")
-
-
-def _check_positive(**values: float) -> None:
-    for name, value in values.items():
-        if not (math.isfinite(value) and value > 0):
-            raise ConfigError(f"camera {name} must be finite and positive, got {value}")
+        object.__setattr__(camera, name, value)
+    if camera.near < 0:
+        raise ConfigError(f"camera near must not be negative, got {camera.near}")
+    limit = MAX_EXTENT if camera.is_orthographic else MAX_SLOPE
+    for name, side, centre, focal in (
+        ("x", camera.width, camera.cx, camera.fx),
+        ("y", camera.height, camera.cy, camera.fy),
+    ):
+        if not (focal <= MAX_EXTENT and max(abs(centre), abs(side - centre)) <= limit * focal):
+            raise ConfigError(
+                f"the camera's pixels are too small, or its frame reaches further than {limit:g} along {name} (in"
+                f" {'scene units' if camera.is_orthographic else 'units of the depth'}); check f{name} and c{name}"
+            )
 
 
 class _Camera:
@@ -94,32 +119,23 @@ class PerspectiveCamera(_Camera):
         cy: float | None = None,
         near: float = 0.0,
     ):
-        _check_size(width, height)
+        width, height = _size("width", width), _size("height", height)
         if (fov_y is None) == (fx is None):
             raise ConfigError("give either fov_y or fx (and fy), not both and not neither")
         if fov_y is not None:
-            if not 0 < fov_y < math.pi:
+            if not 0 < _finite("fov_y", fov_y) < math.pi:
                 raise ConfigError(f"fov_y must be in (0, pi) radians, got {fov_y}")
             fx = fy = 0.5 * height / math.tan(0.5 * fov_y)
-        assert fx is not None
-        fy = fx if fy is None else fy
-        cx = 0.5 * width if cx is None else cx
-        cy = 0.5 * height if cy is None else cy
-        _check_positive(fx=fx, fy=fy)
-        _check_finite(cx=cx, cy=cy, near=near)
-        if near < 0:
-            raise ConfigError(f"camera near must not be negative, got {near}")
-        values = {
-            "width": int(width),
-            "height": int(height),
-            "fx": float(fx),
-            "fy": float(fy),
-            "cx": float(cx),
-            "cy": float(cy),
-            "near": float(near),
-        }
-        for name, value in values.items():
-            object.__setattr__(self, name, value)
+        _set(
+            self,
+            width=width,
+            height=height,
+            fx=_positive("fx", fx),
+            fy=_positive("fy", fx if fy is None else fy),
+            cx=0.5 * width if cx is None else _finite("cx", cx),
+            cy=0.5 * height if cy is None else _finite("cy", cy),
+            near=_finite("near", near),
+        )
 
     @property
     def fov_y(self) -> float:
@@ -186,24 +202,18 @@ class OrthographicCamera(_Camera):
         cy: float | None = None,
         near: float = 0.0,
     ):
-        _check_size(width, height)
-        if view_width is None:
-            view_width = view_height * width / height
-        cx = 0.5 * width if cx is None else cx
-        cy = 0.5 * height if cy is None else cy
-        _check_positive(view_height=view_height, view_width=view_width)
-        _check_finite(cx=cx, cy=cy, near=near)
-        values = {
-            "width": int(width),
-            "height": int(height),
-            "view_height": float(view_height),
-            "view_width": float(view_width),
-            "cx": float(cx),
-            "cy": float(cy),
-            "near": float(near),
-        }
-        for name, value in values.items():
-            object.__setattr__(self, name, value)
+        width, height = _size("width", width), _size("height", height)
+        view_height = _positive("view_height", view_height)
+        _set(
+            self,
+            width=width,
+            height=height,
+            view_height=view_height,
+            view_width=view_height * width / height if view_width is None else _positive("view_width", view_width),
+            cx=0.5 * width if cx is None else _finite("cx", cx),
+            cy=0.5 * height if cy is None else _finite("cy", cy),
+            near=_finite("near", near),
+        )
 
     @property
     def fx(self) -> float:
@@ -250,6 +260,8 @@ def camera_from_dict(data: dict[str, Any]) -> Camera:
         ConfigError: the type is unknown or a number is missing or out of range.
     """
     kinds = {c.kind: c for c in (PerspectiveCamera, OrthographicCamera)}
+    if not isinstance(data, dict):
+        raise ConfigError(f"a camera is described by an object of names and numbers, got {type(data).__name__}")
     data = dict(data)
     kind = data.pop("type", None)
     if not isinstance(kind, str) or kind not in kinds:

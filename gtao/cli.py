@@ -254,11 +254,11 @@ def refit(
 
 @app.command()
 def export(
-    coefficients: Annotated[Path, typer.Argument(metavar="COEFFICIENTS.json", help="What refit wrote.")],
+    fit: Annotated[Path, typer.Argument(metavar="RECORD", help="What refit wrote: record.json or coefficients.json.")],
     language: Annotated[str, typer.Option(help="'hlsl', 'glsl', 'wgsl', 'c' or 'json'.")] = "hlsl",
 ) -> None:
     """Coefficients -> shader code, on standard output."""
-    print(gtao.workflows.export_fit(coefficients, language), end="")
+    print(gtao.workflows.export_fit(fit, language), end="")
 
 
 @app.command()

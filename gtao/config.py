@@ -5,6 +5,7 @@ reach it as values and change without recompiling.
 """
 
 import math
+import numbers
 from dataclasses import asdict, dataclass
 from typing import Any, Literal, get_args
 
@@ -29,11 +30,14 @@ def _count(name: str, value: Any, low: int, high: int) -> None:
         raise ConfigError(f"{name} must be an integer from {low} to {high}, got {value!r}")
 
 
+def _number(name: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, numbers.Real):
+        raise ConfigError(f"{name} must be a number, got {value!r}")
+    return float(value)
+
+
 def _positive(name: str, value: Any, *, infinite: bool = False) -> None:
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise ConfigError(f"{name} must be a number, got {value!r}") from None
+    number = _number(name, value)
     if not number > 0 or (math.isinf(number) and not infinite):
         bound = "positive" if infinite else "positive and finite"
         raise ConfigError(f"{name} must be {bound}, got {value!r}")
@@ -56,7 +60,7 @@ class LinearFalloff:
 
     def __post_init__(self) -> None:
         _positive("falloff end", self.end)
-        if not 0 <= self.start < self.end:
+        if not 0 <= _number("falloff start", self.start) < self.end:
             raise ConfigError(f"falloff needs 0 <= start < end, got start={self.start}, end={self.end}")
 
 
@@ -151,13 +155,15 @@ def method_from_dict(data: dict[str, Any]) -> GTAO:
     Raises:
         ConfigError: the type is unknown, a name does not exist or a value is out of range.
     """
+    if not isinstance(data, dict):
+        raise ConfigError(f"a method is described by an object of names and values, got {type(data).__name__}")
     data = dict(data)
     kind = data.pop("type", "GTAO")
     if kind != "GTAO":
         raise ConfigError(f"unknown method {kind!r}; choose GTAO")
-    if isinstance(data.get("falloff"), dict):
-        data["falloff"] = LinearFalloff(**data["falloff"])
     try:
+        if isinstance(data.get("falloff"), dict):
+            data["falloff"] = LinearFalloff(**data["falloff"])
         return GTAO(**data)
     except TypeError as error:
         raise ConfigError(f"bad GTAO options: {error}") from None

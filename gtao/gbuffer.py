@@ -18,16 +18,18 @@ UNIT_TOLERANCE = 5e-3
 ROUNDING = 3e-7
 
 
+#: Depths whose squares neither overflow nor vanish in float32.
+NEAREST, FARTHEST = 1e-12, 1e12
+
+
 def to_tensor(value: Any, name: str, shape: tuple[int, ...]):
     """A Dr.Jit tensor of ``shape`` that owns its memory, from anything with an array protocol."""
     backend.require()
+    if not (hasattr(value, "__dlpack__") or hasattr(value, "__array_interface__")):
+        raise ShapeError(f"{name} must be an array (NumPy, PyTorch, JAX, Dr.Jit tensor), got {type(value).__name__}")
     if dr.is_tensor_v(value) and dr.is_float_v(value):
         tensor = value
     else:
-        if not (hasattr(value, "__dlpack__") or hasattr(value, "__array_interface__")):
-            raise ShapeError(
-                f"{name} must be an array (NumPy, PyTorch, JAX, Dr.Jit tensor), got {type(value).__name__}"
-            )
         kind = str(getattr(value, "dtype", ""))
         if not any(word in kind.lower() for word in ("float", "int", "f32", "f64", "f16", ">f", "<f")):
             raise ShapeError(f"{name} must hold real numbers, got dtype {kind or 'unknown'}")
@@ -63,7 +65,8 @@ class GBuffer:
         motion: optional (H, W, 2) motion in pixels from the previous frame.
 
     Raises:
-        ShapeError: a shape or type is wrong, depth is NaN or not positive, a normal is not finite or not unit.
+        ShapeError: a shape or type is wrong, depth is NaN, not positive or beyond 1e-12 … 1e12, a normal is not
+            finite or not unit.
         BackendError: there is no usable Dr.Jit backend.
     """
 
@@ -150,7 +153,15 @@ class GBuffer:
                 f"view_z must be positive (distance in front of the camera), got {n_bad} pixels down to {lowest:g};"
                 " mark the background with inf"
             )
-        return self.types.TensorBool(dr.isfinite(z), self.shape)
+        surface = dr.isfinite(z)
+        beyond = surface & ((z < NEAREST) | (z > FARTHEST))
+        if dr.any(beyond):
+            example = dr.gather(self.types.Float, z, dr.compress(beyond)[0])[0]
+            raise ShapeError(
+                f"view_z must lie between {NEAREST:g} and {FARTHEST:g}, got {example:g} among {dr.count(beyond)[0]}"
+                " pixels; mark the background with inf, or choose another unit of length"
+            )
+        return self.types.TensorBool(surface, self.shape)
 
     def _check_normals(self, normal_v):
         T = self.types

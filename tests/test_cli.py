@@ -709,3 +709,20 @@ def test_a_layer_is_chosen(command, here):
     outcome = command("occlusion", here / "layers.exr", "-o", here / "ao.exr", "--layer", "far")
     assert outcome.code == 0
     assert np.array_equal(read(here / "ao.exr")[0]["Z"], channels["Z"] * np.float32(3))
+
+
+def test_an_image_with_another_suffix_is_refused(command, tmp_path):
+    run = command("render", "stairs", "-o", tmp_path / "out.png")
+    assert run.code == 2
+    assert "ends in .exr" in run.err
+    assert not (tmp_path / "out.png").exists()
+
+
+def test_export_takes_the_record_too(command):
+    folder = Path(__file__).parents[1] / "fits" / "multibounce" / "2026-11"
+    from_record, from_coefficients = (
+        command("export", folder / name, "--language", "json") for name in ("record.json", "coefficients.json")
+    )
+    assert from_record.code == 0
+    numbers = [json.loads(run.out)["coefficients"] for run in (from_record, from_coefficients)]
+    assert numbers[0] == numbers[1]

@@ -11,6 +11,7 @@ from .cache import default_cache_directory as default_cache_directory
 from .exr import read_gbuffer as read_gbuffer
 from .exr import write_gbuffer as write_gbuffer
 from .fits import fit_from_dict as fit_from_dict
+from .fits import fit_of_record as fit_of_record
 from .fits import fit_to_dict as fit_to_dict
 from .fits import read_fit as read_fit
 from .fits import write_fit as write_fit

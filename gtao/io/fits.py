@@ -10,7 +10,7 @@ from gtao.errors import ConfigError, RecordError
 from .atomic import write_text
 from .jsontext import pretty_json, read_json, with_infinities
 
-__all__ = ["fit_from_dict", "fit_to_dict", "read_fit", "write_fit"]
+__all__ = ["fit_from_dict", "fit_of_record", "fit_to_dict", "read_fit", "write_fit"]
 
 KIND = "gtao.multibounce"
 SCHEMA = 1
@@ -121,3 +121,32 @@ def write_fit(path: str | os.PathLike, fit: MultibounceFit) -> None:
     if math.isnan(fit.bounces):
         raise RecordError("bounces is NaN; give a count or math.inf")
     write_text(path, pretty_json(fit_to_dict(fit)), error=RecordError)
+
+
+def fit_of_record(record: dict[str, Any]) -> MultibounceFit:
+    """The headline fit of the record of a refit.
+
+    Raises:
+        RecordError: the record holds no fit, or not a whole one.
+    """
+    try:
+        numbers = record["numbers"]["fit"]
+        settings = numbers["settings"]
+        names = FORM_PARAMETERS[settings["form"]]
+
+        def values(key: str) -> tuple[Any, ...] | None:
+            return None if numbers[key] is None else tuple(numbers[key][name] for name in names)
+
+        coefficients, intervals = values("coefficients"), values("intervals")
+        assert coefficients is not None
+        return MultibounceFit(
+            form=settings["form"],
+            coefficients=coefficients,
+            bounces=float(settings["bounces"]),
+            source=f"refit on {len(numbers['scenes'])} scenes",
+            standard_errors=values("standard_errors"),
+            intervals=None if intervals is None else tuple((low, high) for low, high in intervals),
+            level=None if intervals is None else settings["level"],
+        )
+    except (KeyError, TypeError, ValueError, AssertionError) as cause:
+        raise RecordError(f"the record holds no whole multi-bounce fit: {cause!r}") from None

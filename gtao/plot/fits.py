@@ -120,6 +120,7 @@ def residuals(diagnostics: Any) -> Figure:
     """
     n = len(diagnostics.scenes)
     rows, columns = grid_shape(n, 4)
+    columns = max(columns, 2)  # room for the title
     figure, grid = new_figure(rows, columns, cell=(2.5, 1.9), sharex=True, sharey=True)
     centres = (diagnostics.bins[:-1] + diagnostics.bins[1:]) / 2
     colours = albedo_colours(diagnostics.albedos)
@@ -139,7 +140,7 @@ def residuals(diagnostics: Any) -> Figure:
     ]
     figure.legend(handles=handles, title="albedo", loc="outside right upper")
     figure.suptitle(
-        f"Residual against visibility per scene, {bounces_text(diagnostics.bounces)} (above 0: too bright)",
+        f"Residual per scene, {bounces_text(diagnostics.bounces)}\n(above 0: too bright)",
         fontweight="bold",
     )
     return figure

@@ -49,7 +49,9 @@ def left_out(table: Any, label: str, *, others: tuple[str, ...] = ("four paramet
     )
     axis.grid(visible=False, axis="y")
     handles, names = axis.get_legend_handles_labels()
-    axis.legend(handles[-2:] + handles[:-2], names[-2:] + names[:-2], loc="lower right")
+    figure.legend(
+        handles[-2:] + handles[:-2], names[-2:] + names[:-2], loc="outside lower center", ncols=2, frameon=False
+    )
     figure.suptitle(f"Each scene with coefficients from the others, {bounces_text(table.bounces)}", fontweight="bold")
     return figure
 

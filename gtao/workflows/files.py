@@ -21,6 +21,9 @@ __all__ = ["export_fit", "occlusion_file", "render_scene"]
 
 Report = Callable[[str, int, int], None]
 
+#: What a fit can be exported as.
+EXPORTS = ("hlsl", "glsl", "wgsl", "c", "json")
+
 
 def _step(progress: Report | None, task: str) -> Callable[[int, int], None] | None:
     return None if progress is None else lambda done, total: progress(task, done, total)
@@ -58,7 +61,7 @@ def render_scene(
         ConfigError: a parameter is out of range.
         ImageError: the output cannot be written.
     """
-    io.ensure_writable(output)
+    _exr(output)
     scene = render.load_scene(source, resolution=resolution)
     g = render.gbuffer(scene, sensor, normals=normals)
     if not g.mask.numpy().any():
@@ -153,7 +156,7 @@ def occlusion_file(
     config = method_from_options(method, settings)
     if os.path.realpath(output) == os.path.realpath(source):
         raise ImageError(f"output {output} is the input; choose another name")
-    io.ensure_writable(output)
+    _exr(output)
     camera, to_view = _camera(camera_file, fov_y, source)
     normals = "derive" if derive_normals else "file"
     g = io.read_gbuffer(source, camera, to_view=to_view, layer=layer, normals=normals, normal_frame=normal_frame)
@@ -166,12 +169,38 @@ def occlusion_file(
     io.write_gbuffer(output, g, extra={"visibility.mean": ao.visibility}, manifest=manifest)
 
 
-def export_fit(coefficients: Path, language: str) -> str:
-    """Shader code of the fit in ``coefficients``, or the fit as JSON.
+def export_fit(source: Path, language: str) -> str:
+    """Shader code of a fit, or the fit as JSON.
+
+    Args:
+        source: ``coefficients.json``, or the ``record.json`` beside it.
+        language: "hlsl", "glsl", "wgsl", "c" or "json".
 
     Raises:
-        RecordError: the file is not a coefficient file.
+        RecordError: the file is neither.
         ConfigError: the language is unknown.
     """
-    fit = io.read_fit(coefficients)
+    if language not in EXPORTS:
+        raise ConfigError(f"language must be one of {', '.join(EXPORTS)}, got {language!r}")
+    fit = io.fit_of_record(io.read_record(source)) if _is_record(source) else io.read_fit(source)
     return io.pretty_json(io.fit_to_dict(fit)) if language == "json" else io.shader_code(fit, language)
+
+
+def _is_record(path: Path) -> bool:
+    try:
+        content = json.loads(path.read_text())
+    except (OSError, ValueError):
+        return False
+    return isinstance(content, dict) and content.get("kind") == "multibounce refit"
+
+
+def _exr(path: Path) -> Path:
+    """An output whose name says what it is.
+
+    Raises:
+        ImageError: it does not end in .exr.
+    """
+    if path.suffix.lower() != ".exr":
+        raise ImageError(f"output {path} would hold an EXR image; give a name that ends in .exr")
+    io.ensure_writable(path)
+    return path

@@ -49,7 +49,8 @@ class RefitOutcome:
         """A few lines for a terminal."""
         table = self.tables[self.fit.bounces]
         published = table[fit.PUBLISHED]
-        lines = [f"{self.fit.form}, {_bounces(self.fit.bounces)}, {len(self.result.scenes)} scenes"]
+        n = len(self.result.scenes)
+        lines = [f"{self.fit.form}, {_bounces(self.fit.bounces)}, {n} scene{'' if n == 1 else 's'}"]
         for i, (name, value) in enumerate(zip(self.fit.names, self.fit.coefficients, strict=True)):
             line = f"  {name:7} {value:9.4f}"
             if self.fit.standard_errors and self.fit.intervals:

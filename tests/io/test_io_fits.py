@@ -2,6 +2,7 @@
 
 import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -109,3 +110,13 @@ def test_nan_is_not_written(tmp_path):
     with pytest.raises(RecordError, match="is NaN"):
         write_fit(tmp_path / "c.json", fit(standard_errors=(0.1, math.nan, 0.1, 0.1)))
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_record_of_a_refit_holds_its_fit():
+    folder = Path(__file__).parents[2] / "fits" / "multibounce" / "2026-11"
+    stored = gtao.io.read_fit(folder / "coefficients.json")
+    found = gtao.io.fit_of_record(gtao.io.read_record(folder / "record.json"))
+    for name in ("form", "coefficients", "bounces", "standard_errors", "intervals", "level"):
+        assert getattr(found, name) == getattr(stored, name)
+    with pytest.raises(gtao.RecordError, match="no whole multi-bounce fit"):
+        gtao.io.fit_of_record({"numbers": {"fit": {}}})

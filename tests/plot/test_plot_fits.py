@@ -110,7 +110,7 @@ def test_left_out_bars_are_the_table_sorted(parts):
     assert [b.get_width() for b in ours] == pytest.approx(np.array(table[label].rmse_per_scene)[order])
     assert [b.get_width() for b in published] == pytest.approx(np.array(table["published"].rmse_per_scene)[order])
     assert [t.get_text() for t in axis.get_yticklabels()] == [table.scenes[i] for i in order]
-    names = [t.get_text() for t in axis.get_legend().get_texts()]
+    names = [t.get_text() for t in axis.figure.legends[0].get_texts()]
     assert names == [label, "published", "four parameters", "one parameter"]
     marks = lines(axis)["four parameters"].get_xdata()
     assert marks == pytest.approx(np.array(table["four parameters"].rmse_per_scene)[order])
