@@ -67,7 +67,7 @@ class ImageTest:
 
 
 # Neither name is a test case, whatever pytest may think of it.
-TestResult.__test__ = False  # pyright: ignore
+TestResult.__test__ = False  # pyright: ignore[reportAttributeAccessIssue]  (pytest looks for it)
 
 
 def z_test(

@@ -83,7 +83,7 @@ def styled(draw: F) -> F:
         with mpl.rc_context(_STYLE):
             return draw(*args, **kwargs)
 
-    return inside  # pyright: ignore[reportReturnType]
+    return inside  # pyright: ignore[reportReturnType]  (a wrapper has its function's signature)
 
 
 class ShownFigure(Figure):

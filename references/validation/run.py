@@ -12,6 +12,7 @@ import sys
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
+# The oracles are found only after this line, so the imports below it cannot stand at the top.
 sys.path.insert(0, str(HERE.parents[1] / "tests"))
 
 import gtao  # noqa: E402

@@ -30,7 +30,10 @@ def test_acos_over_its_whole_domain(precision):
 def test_cosine_arc_golden(precision):
     cases = [(i, o) for i, o in golden.cases("A.slice") if o["h0"] <= 0 <= o["h1"]]
     assert len(cases) >= 4
-    column = lambda key, side: precision.lanes([c[side][key] for c in cases])  # noqa: E731
+
+    def column(key, side):
+        return precision.lanes([c[side][key] for c in cases])
+
     c0 = precision.lanes([np.cos(o["h0"]) for _, o in cases])
     c1 = precision.lanes([np.cos(o["h1"]) for _, o in cases])
     got = np.array(arcs.cosine_arc(column("nV", 0), column("nT", 0), c0, c1))

@@ -90,7 +90,10 @@ def test_form_is_its_formula(precision, form):
 def test_limits_that_every_form_shares(precision, form):
     """0 at V = 0, 1 at V = 1 (the published cubic to 5e-4), never below V, V itself without albedo."""
     k, rho = COEFFICIENTS[form], np.linspace(0, 0.99, 12)
-    flat = lambda value: precision.lanes(np.full(12, value))  # noqa: E731
+
+    def flat(value):
+        return precision.lanes(np.full(12, value))
+
     at_end = 5e-4 if form == "linear_cubic" else precision.tolerance
     assert np.array(evaluate(form, k, flat(0.0), precision.lanes(rho))) == pytest.approx(0.0, abs=precision.tolerance)
     assert np.array(evaluate(form, k, flat(1.0), precision.lanes(rho))) == pytest.approx(1.0, abs=at_end)
