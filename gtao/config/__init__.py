@@ -1,0 +1,45 @@
+"""Strategy objects: frozen, keyword-only, validated when they are made.
+
+Static parameters (counts, switches) specialise the kernel; lengths, blends and seeds reach it as values and change
+without recompiling.
+"""
+
+from typing import Any
+
+from .bitmask import VisibilityBitmask
+from .codec import from_dict, register
+from .falloff import LinearFalloff, NoCut, QuadraticFalloff, SampleCut
+from .gtao import GTAO
+from .hbao import HBAO
+from .slices import SliceMethod
+from .thickness import ConstantThickness, DepthCut, LinearThickness, MeasuredThickness, RunningThickness
+
+__all__ = [
+    "GTAO",
+    "HBAO",
+    "ConstantThickness",
+    "DepthCut",
+    "LinearFalloff",
+    "LinearThickness",
+    "MeasuredThickness",
+    "NoCut",
+    "QuadraticFalloff",
+    "RunningThickness",
+    "SampleCut",
+    "SliceMethod",
+    "VisibilityBitmask",
+    "method_from_dict",
+]
+
+register(GTAO, HBAO, VisibilityBitmask)
+register(LinearFalloff, QuadraticFalloff, SampleCut, NoCut)
+register(RunningThickness, DepthCut, ConstantThickness, LinearThickness, MeasuredThickness)
+
+
+def method_from_dict(data: dict[str, Any]) -> Any:
+    """The configuration that its ``to_dict`` described; without a "type" it is a :class:`GTAO`.
+
+    Raises:
+        ConfigError: the type is unknown, a name does not exist or a value is out of range.
+    """
+    return from_dict(data, "GTAO")

@@ -1,0 +1,61 @@
+"""Checks that every configuration makes when it is built."""
+
+import math
+import numbers
+from typing import Any, get_args
+
+from gtao.errors import ConfigError
+
+__all__ = [
+    "check_choice",
+    "check_count",
+    "check_flag",
+    "check_instance",
+    "check_number",
+    "check_positive",
+    "check_share",
+]
+
+
+def check_choice(name: str, value: Any, allowed: Any) -> None:
+    """``value`` is one of the texts of the Literal ``allowed``."""
+    choices = get_args(allowed)
+    if value not in choices:
+        raise ConfigError(f"{name} must be one of {', '.join(map(repr, choices))}, got {value!r}")
+
+
+def check_count(name: str, value: Any, low: int, high: int) -> None:
+    if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+        raise ConfigError(f"{name} must be an integer from {low} to {high}, got {value!r}")
+
+
+def check_flag(name: str, value: Any) -> None:
+    if not isinstance(value, bool):
+        raise ConfigError(f"{name} must be True or False, got {value!r}")
+
+
+def check_number(name: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, numbers.Real):
+        raise ConfigError(f"{name} must be a number, got {value!r}")
+    return float(value)
+
+
+def check_positive(name: str, value: Any, *, infinite: bool = False) -> None:
+    number = check_number(name, value)
+    if not number > 0 or (math.isinf(number) and not infinite):
+        bound = "positive" if infinite else "positive and finite"
+        raise ConfigError(f"{name} must be {bound}, got {value!r}")
+
+
+def check_share(name: str, value: Any, *, high: float = 1.0) -> None:
+    """``value`` lies in [0, high]."""
+    if not 0 <= check_number(name, value) <= high:
+        raise ConfigError(f"{name} must lie in [0, {high:g}], got {value!r}")
+
+
+def check_instance(name: str, value: Any, kinds: Any) -> None:
+    """``value`` is None or one of the classes ``kinds``."""
+    kinds = kinds if isinstance(kinds, tuple) else (kinds,)
+    if value is not None and not isinstance(value, kinds):
+        choices = ", ".join(kind.__name__ for kind in kinds)
+        raise ConfigError(f"{name} must be None or one of {choices}, got {value!r}")

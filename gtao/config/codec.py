@@ -1,0 +1,52 @@
+"""Configurations as plain values and back."""
+
+from collections.abc import Callable
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+from gtao.errors import ConfigError
+
+__all__ = ["from_dict", "known_types", "register", "to_dict"]
+
+_TYPES: dict[str, Callable[..., Any]] = {}
+
+
+def register(*classes: Callable[..., Any]) -> None:
+    """Let :func:`from_dict` make these classes by their names."""
+    _TYPES.update({cls.__name__: cls for cls in classes})
+
+
+def known_types() -> tuple[str, ...]:
+    return tuple(_TYPES)
+
+
+def to_dict(config: Any) -> dict[str, Any]:
+    """The fields of a configuration, nested ones too, each with the name of its class under "type"."""
+    values = {f.name: getattr(config, f.name) for f in fields(config)}
+    return {"type": type(config).__name__} | {k: to_dict(v) if is_dataclass(v) else v for k, v in values.items()}
+
+
+def from_dict(data: Any, default: str | None = None) -> Any:
+    """What :func:`to_dict` described.
+
+    Args:
+        default: class to assume where "type" is missing.
+
+    Raises:
+        ConfigError: the type is unknown, a name does not exist or a value is out of range.
+    """
+    if not isinstance(data, dict):
+        raise ConfigError(f"a method is described by an object of names and values, got {type(data).__name__}")
+    data = dict(data)
+    kind = data.pop("type", default)
+    if kind not in _TYPES:
+        raise ConfigError(f"unknown method {kind!r}; choose {', '.join(_TYPES)}")
+    # Records written before falloffs had types hold the linear one.
+    values = {
+        k: from_dict(v, "LinearFalloff" if k == "falloff" else None) if isinstance(v, dict) else v
+        for k, v in data.items()
+    }
+    try:
+        return _TYPES[kind](**values)
+    except TypeError as error:
+        raise ConfigError(f"bad {kind} options: {error}") from None

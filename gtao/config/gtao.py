@@ -1,0 +1,77 @@
+"""GTAO: horizons of slices, integrated in closed form."""
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from ._checks import check_choice, check_count, check_instance, check_positive, check_share
+from .falloff import Falloff, LinearFalloff, NoCut, QuadraticFalloff, SampleCut
+from .slices import SliceMethod, with_slice_arguments
+from .thickness import DepthCut, RunningThickness
+
+__all__ = ["GTAO", "Weighting"]
+
+Weighting = Literal["cosine", "uniform"]
+
+
+@with_slice_arguments
+@dataclass(frozen=True, kw_only=True)
+class GTAO(SliceMethod):
+    """Ground-truth ambient occlusion (Jimenez et al. 2016): horizons of vertical slices, integrated in closed form.
+
+    The defaults estimate the integral as it is defined; what the papers or engines do otherwise is an option.
+
+    Args:
+        n_slices: slices per pixel, 1 to 1024.
+        weighting: "cosine" (diffuse visibility; theory, eq. (1)) or "uniform" (share of the open solid angle of the
+            hemisphere; eq. (2)).
+        falloff: attenuation in place of the sharp cut at the radius: :class:`gtao.LinearFalloff`,
+            :class:`gtao.QuadraticFalloff`, :class:`gtao.SampleCut` or :class:`gtao.NoCut`. Its end must not exceed
+            the search radius.
+        thickness: heuristic for thin occluders: :class:`gtao.RunningThickness` or :class:`gtao.DepthCut`. It needs a
+            falloff, because the exact cut already says how far behind a sample matter is solid.
+        thin_occluder_compensation: the falloff measures distances with depth stretched by 1 plus this.
+        length_blend: share in [0, 1] by which the length of the projected normal is moved to 1. XeGTAO takes 5 %,
+            shaders that leave the length out take all.
+        power: the result is raised to this power, which has no physical meaning; 1 leaves it alone.
+        floor: smallest result, in [0, 1].
+
+    The other arguments are those of every slice method:
+
+    """
+
+    n_slices: int = 4
+    weighting: Weighting = "cosine"
+    falloff: Falloff | None = None
+    thickness: RunningThickness | DepthCut | None = None
+    thin_occluder_compensation: float = 0.0
+    length_blend: float = 0.0
+    power: float = 1.0
+    floor: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_count("n_slices", self.n_slices, 1, 1024)
+        check_choice("weighting", self.weighting, Weighting)
+        check_instance("falloff", self.falloff, (LinearFalloff, QuadraticFalloff, SampleCut, NoCut))
+        self._check_falloff(self.falloff)
+        check_instance("thickness", self.thickness, (RunningThickness, DepthCut))
+        check_share("thin_occluder_compensation", self.thin_occluder_compensation, high=10.0)
+        check_share("length_blend", self.length_blend)
+        check_positive("power", self.power)
+        check_share("floor", self.floor)
+
+    @classmethod
+    def as_published(cls, radius: float = 200.0, **changes: Any) -> "GTAO":
+        """One slice, slices even in the image, linear steps and falloff over the last quarter of the radius.
+
+        The slides' radius is 200 inches; give your own in scene units.
+        """
+        options: dict[str, Any] = {
+            "radius": radius,
+            "n_slices": 1,
+            "n_steps": 8,
+            "slice_measure": "screen",
+            "step_exponent": 1.0,
+            "falloff": LinearFalloff(start=0.75 * radius, end=radius),
+        }
+        return cls(**(options | changes))

@@ -1,0 +1,58 @@
+"""How thick occluders are, which a depth buffer does not know."""
+
+from dataclasses import dataclass
+
+from ._checks import check_positive, check_share
+
+__all__ = ["ConstantThickness", "DepthCut", "LinearThickness", "MeasuredThickness", "RunningThickness"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunningThickness:
+    """Horizons sink toward later samples that lie below them (Jimenez et al. 2016, Eq. 9, in cosines).
+
+    H ← c ≥ H ? c : H + blend (c - H) along the march; theory, the thickness heuristic.
+
+    Args:
+        blend: share in [0, 1]; 0 is the plain maximum. The paper gives no value.
+    """
+
+    blend: float
+
+    def __post_init__(self) -> None:
+        check_share("thickness blend", self.blend)
+
+
+@dataclass(frozen=True, kw_only=True)
+class DepthCut:
+    """A sample whose view depth differs from the shaded point's by ``depth`` scene units or more is ignored."""
+
+    depth: float
+
+    def __post_init__(self) -> None:
+        check_positive("thickness depth", self.depth)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ConstantThickness:
+    """Every occluder is solid for ``thickness`` scene units behind its surface, along the eye ray."""
+
+    thickness: float
+
+    def __post_init__(self) -> None:
+        check_positive("thickness", self.thickness)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LinearThickness:
+    """Occluders are ``slope`` times their distance from the eye thick: a constant width in the image."""
+
+    slope: float
+
+    def __post_init__(self) -> None:
+        check_positive("thickness slope", self.slope)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeasuredThickness:
+    """Occluders are as thick as the frame's depth layers say (:func:`gtao.render.layers`), all layers counted."""
