@@ -1,8 +1,6 @@
 """The report of a refit: one HTML file with everything in it, no script, no network."""
 
-import base64
 import html
-import json
 from collections.abc import Mapping
 from typing import Any
 
@@ -12,8 +10,8 @@ from gtao.data.multibounce import JIMENEZ2016
 
 from . import fits, tables
 from .fits import bounces_text
+from .markup import folded, html_table, image, json_block, paragraph, section, tiles
 from .page import PAGE
-from .style import png_bytes
 from .words import best_form, clusters_note, inside, noise_note, number, tail_note, verdict
 
 __all__ = ["refit_figures", "refit_report"]
@@ -33,9 +31,6 @@ _FORMS_NOTE = (
     "noise of the samples taken out. “Left out” scores every scene with coefficients from the others. The two-step "
     "procedure gives the same numbers as the direct fit, as it must: visibility does not depend on the albedo."
 )
-
-#: Pixels of the page per inch of a figure: the widest just fill the column.
-_PIXELS_PER_INCH = 92
 
 
 def refit_figures(result: Any, compared: Mapping[float, Any], diagnostics: Any) -> dict[str, Figure]:
@@ -93,43 +88,34 @@ def refit_report(
     table = compared[settings.bounces]
     sections = [
         _headline(result, table, _figure("scenes", figures)),
-        _section("Coefficients", _coefficients(result), *_notes(result)),
-        _section(
+        section("Coefficients", _coefficients(result), *_notes(result)),
+        section(
             "Forms",
-            _paragraph(_FORMS_NOTE),
+            paragraph(_FORMS_NOTE),
             *(_forms(t, settings.label, figures[f"forms_{b:g}"]) for b, t in compared.items()),
         ),
-        _section("Scene by scene", _scenes(table, settings.label), _figure("left_out", figures)),
-        _section("The fit", *(_figure(name, figures) for name in ("scatter", "comparison", "coefficients"))),
-        _section("What it misses, and where it is blind", _figure("residuals", figures), _figure("coverage", figures)),
-        _section("Settings and provenance", _settings(result), _folded("Shader code", shader), _json(record)),
+        section("Scene by scene", _scenes(table, settings.label), _figure("left_out", figures)),
+        section("The fit", *(_figure(name, figures) for name in ("scatter", "comparison", "coefficients"))),
+        section("What it misses, and where it is blind", _figure("residuals", figures), _figure("coverage", figures)),
+        section("Settings and provenance", _settings(result), folded("Shader code", shader), json_block(record)),
     ]
     return PAGE.substitute(title=html.escape(title), body="\n".join(sections))
-
-
-def _section(title: str, *parts: str) -> str:
-    return f"<section><h2>{html.escape(title)}</h2>{''.join(parts)}</section>"
-
-
-def _paragraph(text: str) -> str:
-    return f"<p>{html.escape(text)}</p>" if text else ""
 
 
 def _headline(result: Any, table: Any, scenes: str) -> str:
     settings = result.settings
     published, ours = table["published"], table[settings.label]
-    tiles = [
+    cells = [
         (f"{ours.train_rmse:.4f}", "RMSE, refit"),
         (f"{published.train_rmse:.4f}", "RMSE, published"),
     ]
     if ours.loso_rmse is not None:
-        tiles.append((f"{ours.loso_rmse:.4f}", "RMSE, refit on left-out scenes"))
-        tiles.append((f"{ours.wins} of {len(table.scenes)}", "left-out scenes won"))
-    cells = "".join(f"<div class=tile><b>{value}</b><span>{name}</span></div>" for value, name in tiles)
+        cells.append((f"{ours.loso_rmse:.4f}", "RMSE, refit on left-out scenes"))
+        cells.append((f"{ours.wins} of {len(table.scenes)}", "left-out scenes won"))
     lead = f"{settings.label}, {bounces_text(settings.bounces)}, {len(table.scenes)} scenes"
     return (
-        f"<section><p class=lead>{html.escape(lead)}</p><div class=tiles>{cells}</div>"
-        f"{_paragraph(verdict(table, settings.label))}{_paragraph(best_form(table))}{scenes}</section>"
+        f"<section><p class=lead>{html.escape(lead)}</p>{tiles(cells)}"
+        f"{paragraph(verdict(table, settings.label))}{paragraph(best_form(table))}{scenes}</section>"
     )
 
 
@@ -148,11 +134,11 @@ def _coefficients(result: Any) -> str:
             known = JIMENEZ2016.coefficients[i]
             cells += [number(known), inside(known, fit.intervals[i] if fit.intervals else None)]
         rows.append(cells)
-    return _table(head, rows)
+    return html_table(head, rows)
 
 
 def _notes(result: Any) -> list[str]:
-    return [_paragraph(text) for text in (clusters_note(result), noise_note(result), tail_note(result))]
+    return [paragraph(text) for text in (clusters_note(result), noise_note(result), tail_note(result))]
 
 
 def _forms(table: Any, label: str, figure: Figure) -> str:
@@ -170,18 +156,18 @@ def _forms(table: Any, label: str, figure: Figure) -> str:
         rows.append([html.escape(row.label), str(row.n_parameters), f"{row.train_rmse:.4f}", *left])
         marks.append("ours" if row.label == label else "published" if row.label == "published" else "")
     name = bounces_text(table.bounces).capitalize()
-    return f"<h3>{name}</h3>{_table(head, rows, marks)}{_image(figure, f'{name}: the forms in one view.')}"
+    return f"<h3>{name}</h3>{html_table(head, rows, marks)}{image(figure, f'{name}: the forms in one view.')}"
 
 
 def _scenes(table: Any, label: str) -> str:
     ours, published = table[label], table["published"]
     if ours.rmse_per_scene is None:
-        return _paragraph("One scene: there is nothing to leave out.")
+        return paragraph("One scene: there is nothing to leave out.")
     rows = []
     for name, a, b in zip(table.scenes, ours.rmse_per_scene, published.rmse_per_scene, strict=True):
         word = "<span class=good>won</span>" if a < b else "<span class=bad>lost</span>"
         rows.append([html.escape(name), f"{a:.4f}", f"{b:.4f}", number(a - b, "+.4f"), word])
-    return _table(["scene", "refit without it", "published", "difference", ""], rows)
+    return html_table(["scene", "refit without it", "published", "difference", ""], rows)
 
 
 def _settings(result: Any) -> str:
@@ -196,7 +182,7 @@ def _settings(result: Any) -> str:
         ["weighting", settings.weighting],
         ["bootstrap", _bootstrap(result)],
     ]
-    return _table(["setting", "value"], rows)
+    return html_table(["setting", "value"], rows)
 
 
 def _bootstrap(result: Any) -> str:
@@ -205,32 +191,5 @@ def _bootstrap(result: Any) -> str:
     return f"{result.settings.n_bootstrap} draws of {result.n_clusters} {result.clusters}, seed {result.settings.seed}"
 
 
-def _table(head: list[str], rows: list[list[str]], marks: list[str] | None = None) -> str:
-    marks = marks or [""] * len(rows)
-    body = "".join(
-        f"<tr class='{mark}'>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>"
-        for row, mark in zip(rows, marks, strict=True)
-    )
-    return f"<div class=scroll><table><tr>{''.join(f'<th>{h}</th>' for h in head)}</tr>{body}</table></div>"
-
-
 def _figure(name: str, figures: Mapping[str, Figure]) -> str:
-    return _image(figures[name], _CAPTIONS[name]) if name in figures else ""
-
-
-def _image(figure: Figure, caption: str) -> str:
-    data = base64.b64encode(png_bytes(figure, dpi=130)).decode()
-    text = html.escape(caption)
-    width = round(_PIXELS_PER_INCH * figure.get_figwidth())
-    image = f'<img alt="{text}" width={width} src="data:image/png;base64,{data}">'
-    return f"<figure>{image}<figcaption>{text}</figcaption></figure>"
-
-
-def _folded(summary: str, text: str | None) -> str:
-    if not text:
-        return ""
-    return f"<details><summary>{html.escape(summary)}</summary><pre>{html.escape(text)}</pre></details>"
-
-
-def _json(record: Mapping[str, Any] | None) -> str:
-    return _folded("Record", json.dumps(record, indent=2, default=str)) if record else ""
+    return image(figures[name], _CAPTIONS[name]) if name in figures else ""
