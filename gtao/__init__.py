@@ -11,7 +11,21 @@ from typing import Any
 from . import backend as backend  # settles the LLVM library: must come before anything that imports Dr.Jit
 from ._version import __version__
 from .camera import OrthographicCamera, PerspectiveCamera, camera_from_dict
-from .config import GTAO, LinearFalloff, method_from_dict
+from .config import (
+    GTAO,
+    HBAO,
+    ConstantThickness,
+    DepthCut,
+    LinearFalloff,
+    LinearThickness,
+    MeasuredThickness,
+    NoCut,
+    QuadraticFalloff,
+    RunningThickness,
+    SampleCut,
+    VisibilityBitmask,
+    method_from_dict,
+)
 from .data import JIMENEZ2016, REFIT_2026_11, SPHERE, MultibounceFit
 from .errors import (
     BackendError,
@@ -29,23 +43,33 @@ from .results import AmbientOcclusion
 
 __all__ = [
     "GTAO",
+    "HBAO",
     "JIMENEZ2016",
     "REFIT_2026_11",
     "SPHERE",
     "AmbientOcclusion",
     "BackendError",
     "ConfigError",
+    "ConstantThickness",
+    "DepthCut",
     "FitError",
     "GBuffer",
     "GtaoError",
     "ImageError",
     "LinearFalloff",
+    "LinearThickness",
+    "MeasuredThickness",
     "MultibounceFit",
+    "NoCut",
     "OrthographicCamera",
     "PerspectiveCamera",
+    "QuadraticFalloff",
     "RecordError",
+    "RunningThickness",
+    "SampleCut",
     "SceneError",
     "ShapeError",
+    "VisibilityBitmask",
     "__version__",
     "ambient_occlusion",
     "backend",

@@ -19,7 +19,7 @@ Rounding = Literal["jittered", "outward", "nearest"]
 @with_slice_arguments
 @dataclass(frozen=True, kw_only=True)
 class VisibilityBitmask(SliceMethod):
-    """Screen-space visibility bitmask (Therrien et al. 2023): sectors of a slice that samples of finite thickness close.
+    """Screen-space visibility bitmask (Therrien et al. 2023): samples close the sectors of a slice.
 
     Args:
         n_slices: slices per pixel, 1 to 1024.

@@ -1,7 +1,10 @@
 """GTAO: horizons of slices, integrated in closed form."""
 
+import math
 from dataclasses import dataclass
 from typing import Any, Literal
+
+from gtao.errors import ConfigError
 
 from ._checks import check_choice, check_count, check_instance, check_positive, check_share
 from .falloff import Falloff, LinearFalloff, NoCut, QuadraticFalloff, SampleCut
@@ -55,10 +58,25 @@ class GTAO(SliceMethod):
         check_instance("falloff", self.falloff, (LinearFalloff, QuadraticFalloff, SampleCut, NoCut))
         self._check_falloff(self.falloff)
         check_instance("thickness", self.thickness, (RunningThickness, DepthCut))
+        self._check_exact_cut()
         check_share("thin_occluder_compensation", self.thin_occluder_compensation, high=10.0)
         check_share("length_blend", self.length_blend)
         check_positive("power", self.power)
         check_share("floor", self.floor)
+
+    def _check_exact_cut(self) -> None:
+        if self.falloff is not None or math.isinf(self.radius):
+            return
+        for name, on in (
+            ("thickness", self.thickness is not None),
+            ("thin_occluder_compensation", self.thin_occluder_compensation > 0),
+            ("zenith='optical_axis'", self.zenith == "optical_axis"),
+        ):
+            if on:
+                raise ConfigError(
+                    f"{name} needs a falloff: without one a finite radius cuts matter exactly, which leaves no room for"
+                    " it; give falloff=NoCut() or another"
+                )
 
     @classmethod
     def as_published(cls, radius: float = 200.0, **changes: Any) -> "GTAO":

@@ -2,7 +2,7 @@
 
 import drjit as dr
 
-__all__ = ["apart_squared", "attenuate", "cosine", "cut_at_sphere"]
+__all__ = ["apart_squared", "attenuate", "cosine", "cut_at_sphere", "weight"]
 
 
 def cosine(D, V):
@@ -12,14 +12,18 @@ def cosine(D, V):
     return dV * dr.rsqrt(d2), d2, dV
 
 
-def attenuate(c, low, distance2, scale, offset):
-    """Move c toward ``low`` (the tangent plane of its side) by a weight linear in distance.
+def weight(distance2, scale, offset, *, squared=False):
+    """How much an occluder at a squared distance counts: clamp(scale · |D| + offset, 0, 1), or with |D|².
 
-    The weight is clamp(scale · |D| + offset, 0, 1), that is 1 up to the start of the falloff and 0 from its end
-    (theory, eq. (29)).
+    With scale = -1/(end - start) and offset = end/(end - start) it is 1 up to the start of the falloff and 0 from its
+    end (theory, eq. (29)).
     """
-    w = dr.fma(dr.sqrt(distance2), scale, offset)
-    w = dr.select(w > 0, dr.select(w < 1, w, 1), 0)
+    w = dr.fma(distance2 if squared else dr.sqrt(distance2), scale, offset)
+    return dr.select(w > 0, dr.select(w < 1, w, 1), 0)
+
+
+def attenuate(c, low, w):
+    """Move the horizon cosine c toward ``low`` (the tangent plane of its side, or -1) as its weight w falls to 0."""
     return dr.fma(w, c - low, low)
 
 

@@ -72,7 +72,7 @@ def test_impossible_cameras(arguments, message):
         (lambda: gtao.GTAO(radius="1"), "radius must be a number"),
         (lambda: gtao.LinearFalloff(start="a", end=2.0), "falloff start must be a number"),
         (lambda: gtao.method_from_dict(None), "described by an object"),
-        (lambda: gtao.method_from_dict({"falloff": {"x": 1}}), "bad GTAO options"),
+        (lambda: gtao.method_from_dict({"falloff": {"x": 1}}), "bad LinearFalloff options"),
         (lambda: gtao.camera_from_dict(None), "described by an object"),
     ],
 )

@@ -16,22 +16,23 @@ def test_attenuation_golden(precision, inputs, outputs):
     low = precision.Float(outputs["low_cos"])
     assert outputs["low_cos"] == pytest.approx(np.cos(inputs["gamma"] + inputs["side"] * np.pi / 2))
     scale = -1 / (inputs["r1"] - inputs["r0"])
-    got = horizon.attenuate(
-        precision.Float(inputs["cos_s"]), low, precision.Float(inputs["dist"] ** 2), scale, -scale * inputs["r1"]
-    )
-    assert got[0] == pytest.approx(outputs["attenuated_cos"], abs=precision.tolerance)
-    # Between 0 and 1 what is left of the cosine is the weight itself.
-    one, zero, distance2 = precision.Float(1), precision.Float(0), precision.Float(inputs["dist"] ** 2)
-    weight = horizon.attenuate(one, zero, distance2, scale, -scale * inputs["r1"])
+    weight = horizon.weight(precision.Float(inputs["dist"] ** 2), scale, -scale * inputs["r1"])
     assert weight[0] == pytest.approx(outputs["weight"], abs=precision.tolerance)
+    got = horizon.attenuate(precision.Float(inputs["cos_s"]), low, weight)
+    assert got[0] == pytest.approx(outputs["attenuated_cos"], abs=precision.tolerance)
 
 
 def test_attenuation_ends_at_the_tangent_plane(precision):
     distances = [0.0, 0.5, 1.0, 1.5, 2.0, 3.0]
-    got = horizon.attenuate(
-        precision.Float(0.7), precision.Float(-0.2), precision.lanes(np.square(distances)), -1.0, 2.0
-    )
+    weight = horizon.weight(precision.lanes(np.square(distances)), -1.0, 2.0)
+    got = horizon.attenuate(precision.Float(0.7), precision.Float(-0.2), weight)
     assert np.array(got) == pytest.approx([0.7, 0.7, 0.7, 0.25, -0.2, -0.2], abs=precision.tolerance)
+
+
+def test_squared_weight_is_the_parabola(precision):
+    distances = np.array([0.0, 0.5, 1.0, 1.5, 3.0])
+    got = horizon.weight(precision.lanes(np.square(distances)), -0.5, 1.0, squared=True)
+    assert np.array(got) == pytest.approx(np.clip(1 - 0.5 * distances**2, 0, 1), abs=precision.tolerance)
 
 
 def test_cosine_and_distances(precision):

@@ -1,0 +1,63 @@
+"""GTAO's accumulators from its configuration."""
+
+import math
+from typing import Any
+
+from gtao.config import GTAO, DepthCut, LinearFalloff, QuadraticFalloff, RunningThickness, SampleCut
+from gtao.gbuffer import GBuffer
+from gtao.kernels.accumulators import Horizon, SphereCut
+
+from .marching import march_frame, opaque
+
+__all__ = ["horizon_visibility"]
+
+
+def horizon_visibility(g: GBuffer, method: GTAO, frame_index: int):
+    """Flat visibility of :class:`gtao.GTAO`, before power and floor."""
+    radius = min(method.search_radius, getattr(method.falloff, "end", math.inf))
+    exact = method.falloff is None and not math.isinf(radius)
+    accumulator = _sphere_cut(g, method, radius) if exact else _horizon(g, method)
+    return march_frame(g, method, accumulator, radius, frame_index)
+
+
+def _sphere_cut(g: GBuffer, method: GTAO, radius: float) -> SphereCut:
+    return SphereCut(
+        weighting=method.weighting,
+        orthographic=g.camera.is_orthographic,
+        blended=method.length_blend > 0,
+        radius=opaque(g, radius),
+        ax=opaque(g, 1 / g.camera.fx),
+        ay=opaque(g, -1 / g.camera.fy),
+        blend=opaque(g, method.length_blend),
+    )
+
+
+def _horizon(g: GBuffer, method: GTAO) -> Horizon:
+    falloff, thickness = method.falloff, method.thickness
+    kind, scale, offset = "none", 0.0, 0.0
+    if isinstance(falloff, LinearFalloff):
+        kind, scale = "linear", -1 / (falloff.end - falloff.start)
+        offset = -scale * falloff.end
+    elif isinstance(falloff, QuadraticFalloff):
+        kind, scale, offset = "quadratic", -falloff.strength / falloff.end**2, 1.0
+    elif isinstance(falloff, SampleCut):
+        kind = "sample"
+    models: dict[type, str] = {RunningThickness: "running", DepthCut: "depth_cut"}
+    values: dict[str, Any] = {
+        "scale": scale,
+        "offset": offset,
+        "reach": getattr(falloff, "end", 0.0),
+        "tau": getattr(thickness, "blend", 0.0),
+        "depth": getattr(thickness, "depth", 0.0),
+        "stretch": 1 + method.thin_occluder_compensation,
+        "blend": method.length_blend,
+    }
+    return Horizon(
+        weighting=method.weighting,
+        falloff=kind,
+        toward=getattr(falloff, "toward", "tangent"),
+        thickness=models.get(type(thickness), "none"),
+        stretched=method.thin_occluder_compensation > 0,
+        blended=method.length_blend > 0,
+        **{name: opaque(g, value) for name, value in values.items()},
+    )

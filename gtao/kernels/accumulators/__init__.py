@@ -1,0 +1,6 @@
+"""What each method makes of the samples of a slice; see :mod:`gtao.kernels.march` for the three functions."""
+
+from .horizon import Horizon
+from .sphere import SphereCut
+
+__all__ = ["Horizon", "SphereCut"]

@@ -1,0 +1,62 @@
+"""Horizons with an exact cut: matter counts as far as it lies within the radius of the shaded point."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import drjit as dr
+
+from gtao.kernels import horizon, slices
+
+from ._arc import blended_length, open_arc
+
+__all__ = ["SphereCut"]
+
+# Samples that rise less than this above the tangent plane, in radians, do not close the gap below a far occluder:
+# rounding and the steps of a depth buffer put samples of a flat surface there. An arc of this height at the tangent
+# plane holds RELIEF² / 2 of the cosine-weighted hemisphere.
+RELIEF = 0.05
+
+
+@dataclass(frozen=True)
+class SphereCut:
+    """Each side keeps the highest upper and the lowest lower end of the arcs blocked within the sphere.
+
+    The solid behind a sample blocks an arc that ends where its eye ray leaves the sphere; between the lowest such end
+    and the tangent plane the slice is open again (theory, eq. (28)).
+    """
+
+    weighting: str
+    orthographic: bool
+    blended: bool
+    radius: Any
+    ax: Any
+    ay: Any
+    blend: Any
+
+    def begin(self, sl):
+        one = type(sl.nT)(1)
+        return tuple((start, one) for start in sl.start)
+
+    def add(self, state, side, sample, sl):
+        pixel, (upper, lower) = sl.pixel, state[side]
+        counts = slices.clamped_start(sl.nV, sl.nT, RELIEF)[side]
+        dX, dY = (sample.x - pixel.x) * self.ax, (sample.y - pixel.y) * self.ay
+        apart2 = horizon.apart_squared(dX, dY, pixel.X, pixel.Y, pixel.rcp_a2, sample.X, sample.Y, self.orthographic)
+        c, end = horizon.cut_at_sphere(sample.c, sample.d2, sample.dV, apart2, pixel.p, self.radius, self.orthographic)
+        rises = (c > counts) & (end < lower)
+        mine = dr.select(c > upper, c, upper), dr.select(rises, end, lower)
+        return (mine, state[1]) if side == 0 else (state[0], mine)
+
+    def finish(self, state, sl):
+        (c0, end0), (c1, end1) = (self._seen(*of_side) for of_side in zip(state, sl.start, sl.inside, strict=True))
+        value = open_arc(self.weighting, sl.nV, sl.nT, c0, c1)
+        value = value + open_arc(self.weighting, sl.nV, sl.nT, *sl.start)
+        value = value - open_arc(self.weighting, sl.nV, sl.nT, end0, end1)
+        return blended_length(value, sl, self.blend) if self.blended else value
+
+    def _seen(self, state, start, inside):
+        """Upper and lower end of a side's blocked arc, both within the hemisphere."""
+        upper, lower = state
+        upper = dr.select(inside, upper, start)
+        open_below = inside & (upper > start) & (lower > start) & (lower < upper)
+        return upper, dr.select(open_below, lower, start)
