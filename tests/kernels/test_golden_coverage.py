@@ -11,7 +11,7 @@ _LOADED = re.compile(r"golden\.cases\(\s*\"([\w.]+)\"")
 
 TEXTS = {path: path.read_text(encoding="utf-8") for path in sorted(TESTS.rglob("test_*.py"))}
 #: Of these letters each value belongs to a kernel, which must meet it in both precisions.
-KERNELS = ("A", "B", "D")
+KERNELS = ("A", "B", "D", "F")
 
 
 def loaders(prefix):
