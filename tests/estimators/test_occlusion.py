@@ -186,7 +186,7 @@ def test_results_show_themselves():
     ("arguments", "message"),
     [
         (("not a buffer",), "must be a gtao.GBuffer"),
-        ((None, "gtao"), "must be a gtao.GTAO"),
+        ((None, "gtao"), "must be one of gtao.GTAO"),
     ],
 )
 def test_wrong_arguments(arguments, message):
