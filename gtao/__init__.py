@@ -20,6 +20,7 @@ from .config import (
     LinearThickness,
     MeasuredThickness,
     NoCut,
+    Pipeline,
     QuadraticFalloff,
     RunningThickness,
     SampleCut,
@@ -37,7 +38,7 @@ from .errors import (
     SceneError,
     ShapeError,
 )
-from .estimators import ambient_occlusion, multibounce
+from .estimators import ambient_occlusion, denoise, multibounce
 from .gbuffer import GBuffer
 from .results import AmbientOcclusion
 
@@ -63,6 +64,7 @@ __all__ = [
     "NoCut",
     "OrthographicCamera",
     "PerspectiveCamera",
+    "Pipeline",
     "QuadraticFalloff",
     "RecordError",
     "RunningThickness",
@@ -74,6 +76,7 @@ __all__ = [
     "ambient_occlusion",
     "backend",
     "camera_from_dict",
+    "denoise",
     "method_from_dict",
     "multibounce",
 ]

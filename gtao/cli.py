@@ -167,7 +167,7 @@ def occlusion(
         list[str] | None,
         typer.Option("--set", metavar="KEY=VALUE", help="Option of the estimator, e.g. radius=0.5; repeatable."),
     ] = None,
-    method: Annotated[str, typer.Option(help="Estimator; 'gtao' or 'published'.")] = "gtao",
+    method: Annotated[str, typer.Option(help="Estimator; `gtao methods` lists them.")] = "gtao",
     frame: Annotated[int, typer.Option(min=0, help="Frame index of the noise.")] = 0,
     camera: Annotated[
         Path | None, typer.Option(help="JSON file with the camera, where the EXR does not carry one.")
@@ -266,6 +266,13 @@ def scenes() -> None:
     """The embedded scenes."""
     for name in gtao.render.scenes.names():
         _out.print(f"[bold]{name}[/]  {gtao.render.scenes.get(name).description}", soft_wrap=True)
+
+
+@app.command()
+def methods() -> None:
+    """The estimators that go by a name."""
+    for name, method in gtao.config.NAMED.items():
+        _out.print(f"[bold]{name}[/]  {method.summary}", soft_wrap=True)
 
 
 def main() -> None:

@@ -11,27 +11,34 @@ from .codec import from_dict, register
 from .falloff import LinearFalloff, NoCut, QuadraticFalloff, SampleCut
 from .gtao import GTAO
 from .hbao import HBAO
+from .named import NAMED, NamedMethod, named, with_budget
+from .pipeline import Pipeline
 from .slices import SliceMethod
 from .thickness import ConstantThickness, DepthCut, LinearThickness, MeasuredThickness, RunningThickness
 
 __all__ = [
     "GTAO",
     "HBAO",
+    "NAMED",
     "ConstantThickness",
     "DepthCut",
     "LinearFalloff",
     "LinearThickness",
     "MeasuredThickness",
+    "NamedMethod",
     "NoCut",
+    "Pipeline",
     "QuadraticFalloff",
     "RunningThickness",
     "SampleCut",
     "SliceMethod",
     "VisibilityBitmask",
     "method_from_dict",
+    "named",
+    "with_budget",
 ]
 
-register(GTAO, HBAO, VisibilityBitmask)
+register(GTAO, HBAO, VisibilityBitmask, Pipeline)
 register(LinearFalloff, QuadraticFalloff, SampleCut, NoCut)
 register(RunningThickness, DepthCut, ConstantThickness, LinearThickness, MeasuredThickness)
 

@@ -1,17 +1,16 @@
 """Configurations as plain values and back."""
 
-from collections.abc import Callable
-from dataclasses import fields, is_dataclass
+from dataclasses import MISSING, fields, is_dataclass
 from typing import Any
 
 from gtao.errors import ConfigError
 
 __all__ = ["from_dict", "known_types", "register", "to_dict"]
 
-_TYPES: dict[str, Callable[..., Any]] = {}
+_TYPES: dict[str, Any] = {}
 
 
-def register(*classes: Callable[..., Any]) -> None:
+def register(*classes: type) -> None:
     """Let :func:`from_dict` make these classes by their names."""
     _TYPES.update({cls.__name__: cls for cls in classes})
 
@@ -46,6 +45,10 @@ def from_dict(data: Any, default: str | None = None) -> Any:
         k: from_dict(v, "LinearFalloff" if k == "falloff" else None) if isinstance(v, dict) else v
         for k, v in data.items()
     }
+    required = (f.name for f in fields(_TYPES[kind]) if f.default is MISSING is f.default_factory)
+    missing = [name for name in required if name not in values]
+    if missing:
+        raise ConfigError(f"{kind} also needs {' and '.join(missing)}")
     try:
         return _TYPES[kind](**values)
     except TypeError as error:

@@ -3,19 +3,20 @@
 from collections.abc import Callable
 from typing import Any
 
-from gtao.config import GTAO
+from gtao.config import GTAO, HBAO
 from gtao.errors import ConfigError
 from gtao.gbuffer import GBuffer
 from gtao.kernels.shaping import shape
 from gtao.results import AmbientOcclusion
 
+from .hbao import hbao_visibility
 from .horizons import horizon_visibility
 from .marching import opaque
 
 __all__ = ["ambient_occlusion"]
 
 # What makes the flat visibility of each slice method.
-_SLICE_METHODS: dict[type, Callable[..., Any]] = {GTAO: horizon_visibility}
+_SLICE_METHODS: dict[type, Callable[..., Any]] = {GTAO: horizon_visibility, HBAO: hbao_visibility}
 
 
 def ambient_occlusion(g: GBuffer, method: Any = None, *, frame_index: int = 0) -> AmbientOcclusion:
@@ -43,6 +44,7 @@ def ambient_occlusion(g: GBuffer, method: Any = None, *, frame_index: int = 0) -
     if isinstance(frame_index, bool) or not isinstance(frame_index, int) or frame_index < 0:
         raise ConfigError(f"frame_index must be a non-negative integer, got {frame_index!r}")
     flat = estimate(g, method, frame_index)
-    if method.power != 1 or method.floor > 0:
-        flat = shape(flat, opaque(g, method.power), opaque(g, method.floor))
+    power, floor = getattr(method, "power", 1.0), getattr(method, "floor", 0.0)
+    if power != 1 or floor > 0:
+        flat = shape(flat, opaque(g, power), opaque(g, floor))
     return AmbientOcclusion(visibility=g.types.Tensor(flat, g.shape), config=method)

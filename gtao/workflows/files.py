@@ -13,9 +13,8 @@ from gtao import io, render
 from gtao._version import __version__
 from gtao.camera import PerspectiveCamera, camera_from_dict
 from gtao.errors import ConfigError, ImageError, SceneError
-from gtao.estimators import ambient_occlusion
 
-from .options import method_from_options
+from .options import pipeline_from_options
 
 __all__ = ["export_fit", "occlusion_file", "render_scene"]
 
@@ -138,8 +137,8 @@ def occlusion_file(
     Args:
         source: EXR with depth and normals; see :func:`gtao.io.read_gbuffer` for the channel names.
         output: EXR to write.
-        method: "gtao", or "published" for the papers' own settings.
-        settings: options as ``key=value``.
+        method: name of a method, a key of :data:`gtao.config.NAMED`.
+        settings: options as ``key=value``; see :func:`gtao.workflows.options.pipeline_from_options`.
         frame_index: of the noise.
         camera_file: JSON of :meth:`gtao.PerspectiveCamera.to_dict`; needed where the file carries no camera. Its
             optional key ``to_view`` holds the 4x4 matrix from world to view frame, for normals in world space.
@@ -153,17 +152,17 @@ def occlusion_file(
         ConfigError: an option is wrong.
         ShapeError: depth or normals are not what they should be.
     """
-    config = method_from_options(method, settings)
+    pipeline = pipeline_from_options(method, settings)
     if os.path.realpath(output) == os.path.realpath(source):
         raise ImageError(f"output {output} is the input; choose another name")
     _exr(output)
     camera, to_view = _camera(camera_file, fov_y, source)
     normals = "derive" if derive_normals else "file"
     g = io.read_gbuffer(source, camera, to_view=to_view, layer=layer, normals=normals, normal_frame=normal_frame)
-    ao = ambient_occlusion(g, config, frame_index=frame_index)
+    ao = pipeline.step(g, frame_index=frame_index)
     manifest = {
         "made_by": f"gtao {__version__} occlusion",
-        "config": {**config.to_dict(), "frame_index": frame_index},
+        "config": {**pipeline.to_dict(), "frame_index": frame_index},
         "input": {"name": source.name, "sha256": io.sha256_file(source)},
     }
     io.write_gbuffer(output, g, extra={"visibility.mean": ao.visibility}, manifest=manifest)

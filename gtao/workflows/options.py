@@ -1,29 +1,112 @@
-"""Text from a command line into configuration values."""
+"""Text from a command line into configurations."""
 
-import dataclasses
 import types
 import typing
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
+from dataclasses import fields, is_dataclass
 from typing import Any
 
-from gtao.config import GTAO, LinearFalloff
+from gtao.config import Pipeline, method_from_dict, named
 from gtao.errors import ConfigError
 
-__all__ = ["PRESETS", "method_from_options"]
-
-PRESETS: dict[str, Callable[..., GTAO]] = {"gtao": GTAO, "published": GTAO.as_published}
+__all__ = ["pipeline_from_options"]
 
 
-def _number(text: str) -> Any:
+def pipeline_from_options(method: str, settings: Iterable[str] = (), radius: float | None = None) -> Pipeline:
+    """A named method with options changed by ``key=value`` texts.
+
+    A key names an option of the estimator (``n_slices=2``), of a part of it (``falloff.start=0.1``), or of the
+    pipeline (``clamp=true``, ``spatial.passes=2``). A part that is not there is made, of the class that has the
+    options given; ``falloff.type=SampleCut`` chooses one by name and ``falloff=none`` removes it.
+
+    Args:
+        method: a key of :data:`gtao.config.NAMED`.
+        settings: options.
+        radius: in scene units, where the settings name none; the method's own default if left out.
+
+    Raises:
+        ConfigError: the method or a key does not exist, or a value has the wrong type or range.
+    """
+    values = dict(_split(setting) for setting in settings)
+    if "radius" in values:
+        # Presets derive other lengths from it.
+        radius = _number("radius", values.pop("radius"))
+    pipeline = named(method, radius)
+    described = pipeline.to_dict()
+    own = {f.name for f in fields(pipeline)} - {"occlusion"}
+    for key, text in values.items():
+        path = key.split(".")
+        inside, config = (described, pipeline) if path[0] in own else (described["occlusion"], pipeline.occlusion)
+        _set(inside, config, path, text, values)
+    return method_from_dict(described)
+
+
+def _split(setting: str) -> tuple[str, str]:
+    key, separator, text = setting.partition("=")
+    if not separator:
+        raise ConfigError(f"an option is written key=value, got {setting!r}")
+    return key.strip(), text.strip()
+
+
+def _number(key: str, text: str) -> Any:
     try:
-        return int(text)
-    except ValueError:
         return float(text)
+    except ValueError:
+        raise ConfigError(f"{key} must be a number, got {text!r}") from None
+
+
+def _set(described: dict[str, Any], config: Any, path: list[str], text: str, values: dict[str, str]) -> None:
+    """Change one value of a description, or of a part of it, which is made if need be."""
+    hints = typing.get_type_hints(type(config), {"Pipeline": Pipeline})
+    names = [f.name for f in fields(config)]
+    if path[0] not in names or len(path) > 2:
+        known = (n if not _parts(hints[n]) else f"{n}.…" for n in names if n != "occlusion")
+        raise ConfigError(f"there is no option {'.'.join(path)!r}; choose from {', '.join(known)}")
+    name, annotation = path[0], hints[path[0]]
+    if len(path) == 1:
+        described[name] = _value(name, text, annotation)
+        return
+    part = described[name]
+    if part is None or f"{name}.type" in values:
+        kind = _part_class(name, annotation, values)
+        if part is None or part["type"] != kind.__name__:
+            described[name] = part = {"type": kind.__name__}
+    if path[1] == "type":
+        return
+    kind = next(kind for kind in _parts(annotation) if kind.__name__ == part["type"])
+    hints = typing.get_type_hints(kind)
+    if path[1] not in hints:
+        raise ConfigError(f"there is no option {'.'.join(path)!r}; {kind.__name__} has {', '.join(hints) or 'none'}")
+    part[path[1]] = _value(".".join(path), text, hints[path[1]])
+
+
+def _parts(annotation: Any) -> list[type]:
+    """The configuration classes that a field can hold."""
+    return [arm for arm in _arms(annotation) if isinstance(arm, type) and is_dataclass(arm)]
+
+
+def _part_class(name: str, annotation: Any, values: dict[str, str]) -> type:
+    """The class named by ``name.type``, or the first that has all options given for the part."""
+    kinds = _parts(annotation)
+    chosen = values.get(f"{name}.type")
+    given = {key.partition(".")[2] for key in values if key.startswith(f"{name}.")} - {"type"}
+    for kind in kinds:
+        if kind.__name__ == chosen or (chosen is None and given <= {f.name for f in fields(kind)}):
+            return kind
+    raise ConfigError(
+        f"no {name} has the options {', '.join(sorted(given))}; choose {name}.type from"
+        f" {', '.join(kind.__name__ for kind in kinds) or 'none'}"
+    )
+
+
+def _arms(annotation: Any) -> tuple[Any, ...]:
+    union = typing.get_origin(annotation) in (types.UnionType, typing.Union)
+    return typing.get_args(annotation) if union else (annotation,)
 
 
 def _value(key: str, text: str, annotation: Any) -> Any:
     """``text`` as a value of the field that ``annotation`` describes."""
-    arms = typing.get_args(annotation) if typing.get_origin(annotation) is types.UnionType else (annotation,)
+    arms = _arms(annotation)
     if text.lower() == "none" and type(None) in arms:
         return None
     if any(typing.get_origin(arm) is typing.Literal for arm in arms):
@@ -32,42 +115,9 @@ def _value(key: str, text: str, annotation: Any) -> Any:
         if text.lower() not in ("true", "false"):
             raise ConfigError(f"{key} must be true or false, got {text!r}")
         return text.lower() == "true"
+    if _parts(annotation):
+        raise ConfigError(f"{key} has options of its own: write {key}.NAME=VALUE, got {text!r}")
     try:
-        return float(text) if float in arms else _number(text)
+        return int(text) if int in arms else _number(key, text)
     except ValueError:
-        raise ConfigError(f"{key} must be a number, got {text!r}") from None
-
-
-def method_from_options(method: str, settings: Iterable[str]) -> GTAO:
-    """A configuration from a preset and ``key=value`` texts.
-
-    Args:
-        method: "gtao" for the defaults, "published" for the papers' own settings.
-        settings: options; ``falloff.start`` and ``falloff.end`` set the falloff.
-
-    Raises:
-        ConfigError: the preset or a key does not exist, or a value has the wrong type or range.
-    """
-    if method not in PRESETS:
-        raise ConfigError(f"method must be one of {', '.join(PRESETS)}, got {method!r}")
-    hints = typing.get_type_hints(GTAO)
-    names = [field.name for field in dataclasses.fields(GTAO) if field.name != "falloff"]
-    known = [*names, "falloff.start", "falloff.end"]
-    values: dict[str, Any] = {}
-    falloff: dict[str, float] = {}
-    for setting in settings:
-        key, separator, text = setting.partition("=")
-        key, text = key.strip(), text.strip()
-        if not separator:
-            raise ConfigError(f"an option is written key=value, got {setting!r}")
-        if key not in known:
-            raise ConfigError(f"there is no option {key!r}; choose from {', '.join(known)}")
-        if key.startswith("falloff."):
-            falloff[key.removeprefix("falloff.")] = _value(key, text, float)
-        else:
-            values[key] = _value(key, text, hints[key])
-    if falloff:
-        if len(falloff) < 2:
-            raise ConfigError("a falloff needs both falloff.start and falloff.end")
-        values["falloff"] = LinearFalloff(**falloff)
-    return PRESETS[method](**values)
+        raise ConfigError(f"{key} must be a whole number, got {text!r}") from None

@@ -1,0 +1,87 @@
+"""Methods by name, each with one radius to set: what command lines and comparisons offer."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from gtao.errors import ConfigError
+
+from .bitmask import VisibilityBitmask
+from .gtao import GTAO
+from .hbao import HBAO
+from .pipeline import Pipeline
+
+__all__ = ["NAMED", "NamedMethod", "named", "with_budget"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class NamedMethod:
+    """A pipeline that only needs a radius.
+
+    Attributes:
+        name: as written on a command line.
+        summary: one line for lists.
+        make: pipeline for a radius in scene units.
+        default_radius: in scene units, where none is given.
+    """
+
+    name: str
+    summary: str
+    make: Callable[[float], Pipeline]
+    default_radius: float = 1.0
+
+
+NAMED: dict[str, NamedMethod] = {}
+
+
+def _add(name: str, summary: str, make: Callable[[float], Any], default_radius: float = 1.0) -> None:
+    NAMED[name] = NamedMethod(name=name, summary=summary, make=make, default_radius=default_radius)
+
+
+_add(
+    "gtao",
+    "the integral as defined: exact slice measure, sharp cut at the radius",
+    lambda radius: Pipeline(occlusion=GTAO(radius=radius), clamp=False),
+    math.inf,
+)
+_add(
+    "published",
+    "GTAO as the 2016 slides print it: one slice, image measure, linear steps, falloff",
+    lambda radius: Pipeline(occlusion=GTAO.as_published(radius), clamp=False),
+    200.0,
+)
+_add(
+    "hbao",
+    "HBAO (2008): uniform weighting, linear attenuation, 8 directions of 8 equal steps",
+    lambda radius: Pipeline(occlusion=HBAO(radius=radius)),
+)
+_add(
+    "bitmask",
+    "visibility bitmask without thickness: GTAO's integral with several blocked arcs per slice",
+    lambda radius: Pipeline(occlusion=VisibilityBitmask(radius=radius), clamp=False),
+    math.inf,
+)
+
+
+def named(name: str, radius: float | None = None) -> Pipeline:
+    """The pipeline called ``name``.
+
+    Args:
+        name: a key of ``NAMED``.
+        radius: in scene units; the method's own default if left out.
+
+    Raises:
+        ConfigError: there is no such method, or it does not accept the radius.
+    """
+    if name not in NAMED:
+        raise ConfigError(f"method must be one of {', '.join(NAMED)}, got {name!r}")
+    method = NAMED[name]
+    return method.make(method.default_radius if radius is None else radius)
+
+
+def with_budget(pipeline: Pipeline, n_slices: int, n_steps: int) -> Pipeline:
+    """The same pipeline with other counts: 2 n_slices n_steps depth samples per pixel."""
+    method = pipeline.occlusion
+    slices = {"n_directions": 2 * n_slices} if isinstance(method, HBAO) else {"n_slices": n_slices}
+    return replace(pipeline, occlusion=replace(method, n_steps=n_steps, **slices))
