@@ -1,4 +1,4 @@
-"""Errors of an image against a reference: RMSE, MAE, bias, PSNR, masked and weighted.
+"""Errors of an image against a reference: RMSE, MAE, bias, PSNR, masked and weighted, and what noise adds to them.
 
 All take anything that NumPy can view as an array (NumPy, Dr.Jit tensors, DLPack holders). Pixels outside the
 mask or of weight zero may hold anything, NaN included; a NaN or infinity that would enter the mean is an
@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from gtao.errors import ConfigError, ShapeError
 
-__all__ = ["bias", "mae", "mse", "psnr", "rmse"]
+__all__ = ["bias", "corrected_rmse", "mae", "mse", "noise_floor", "psnr", "rmse"]
 
 
 def mse(
@@ -42,6 +42,53 @@ def rmse(
 ) -> float:
     """Root of the mean squared error; arguments and errors as :func:`mse`."""
     return float(np.sqrt(mse(image, reference, mask=mask, weights=weights)))
+
+
+def noise_floor(variance: ArrayLike, *, mask: ArrayLike | None = None, weights: ArrayLike | None = None) -> float:
+    """RMSE that a perfect image has against a noisy reference: the root of the mean variance.
+
+    Args:
+        variance: Variance of the reference's means, of the shape of the images, not negative.
+        mask: As in :func:`mse`.
+        weights: As in :func:`mse`.
+
+    Returns:
+        The noise floor, in units of the image.
+
+    Raises:
+        ShapeError: A variance that counts is negative or not finite, or no pixel is left.
+    """
+    values, w = _errors(variance, np.zeros_like(variance, dtype=np.float64), mask, weights)
+    if np.any(values < 0):
+        raise ShapeError("a variance is negative; give the variance of the mean")
+    return float(np.sqrt(np.average(values, weights=w)))
+
+
+def corrected_rmse(
+    image: ArrayLike,
+    reference: ArrayLike,
+    variance: ArrayLike,
+    *,
+    mask: ArrayLike | None = None,
+    weights: ArrayLike | None = None,
+) -> float:
+    """RMSE against what a noisy reference would converge to: the mean variance is taken off the mean squared error.
+
+    Args:
+        image: As in :func:`mse`; its noise must be independent of the reference's.
+        reference: As in :func:`mse`.
+        variance: As in :func:`noise_floor`.
+        mask: As in :func:`mse`.
+        weights: As in :func:`mse`.
+
+    Returns:
+        The root of the difference; 0 where noise accounts for all of the error.
+
+    Raises:
+        ShapeError: As in :func:`mse` and :func:`noise_floor`.
+    """
+    error = mse(image, reference, mask=mask, weights=weights)
+    return float(np.sqrt(max(error - noise_floor(variance, mask=mask, weights=weights) ** 2, 0.0)))
 
 
 def mae(

@@ -59,7 +59,7 @@ class SceneComparison:
         curves: Label -> (taps per pixel, RMSE) pairs, for the error against samples.
         deviations: Label of a renderer -> (deviation, RMSE) pairs. The first pair is the estimator as published; each
             further one has one more deviation switched on.
-        strata: Label of a method -> quantity -> :class:`gtao.evaluate.Stratum`, from :func:`gtao.evaluate.stratify`.
+        strata: Label of a method -> quantity -> :class:`gtao.evaluate.Strata`, from :func:`gtao.evaluate.stratify`.
         notes: Sentences to print with the scene.
     """
 
