@@ -40,6 +40,7 @@ from .errors import (
 )
 from .estimators import ambient_occlusion, denoise, multibounce
 from .gbuffer import GBuffer
+from .layers import DepthLayers
 from .results import AmbientOcclusion
 
 __all__ = [
@@ -53,6 +54,7 @@ __all__ = [
     "ConfigError",
     "ConstantThickness",
     "DepthCut",
+    "DepthLayers",
     "FitError",
     "GBuffer",
     "GtaoError",

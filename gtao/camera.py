@@ -19,6 +19,9 @@ __all__ = ["OrthographicCamera", "PerspectiveCamera", "camera_from_dict"]
 #: Image-plane slopes and positions beyond these would overflow float32 when squared.
 MAX_SLOPE = 1e6
 MAX_EXTENT = 1e12
+#: Widest angle from the optical axis, in degrees, that a guard band may reach: out there a pixel covers 3000 times less
+#: of the view than on the axis.
+WIDEST = 89
 
 
 def _size(name: str, value: Any) -> int:
@@ -72,6 +75,29 @@ class _Camera:
     def crop(self, x0: int, y0: int, width: int, height: int):
         """The camera of the window whose top left pixel is ``(x0, y0)``; it may reach beyond the frame."""
         return replace(self, width=width, height=height, cx=self.cx - x0, cy=self.cy - y0)
+
+    def padded(self, pixels: int):
+        """The camera of the same view with a guard band: ``pixels`` more on every side, everything else in place.
+
+        ``camera.padded(p).crop(p, p, camera.width, camera.height)`` is the camera again.
+
+        Raises:
+            ConfigError: ``pixels`` is not a whole number from 0, or the view would reach more than 89 degrees from
+                the optical axis.
+        """
+        if isinstance(pixels, bool) or not isinstance(pixels, numbers.Integral) or pixels < 0:
+            raise ConfigError(f"a guard band is a whole number of pixels from 0 on, got {pixels!r}")
+        p = int(pixels)
+        wide = self.crop(-p, -p, self.width + 2 * p, self.height + 2 * p)
+        reach = max(
+            wide.cx / wide.fx, (wide.width - wide.cx) / wide.fx, wide.cy / wide.fy, (wide.height - wide.cy) / wide.fy
+        )
+        if p and not self.is_orthographic and reach > math.tan(math.radians(WIDEST)):
+            raise ConfigError(
+                f"a guard band of {p} pixels widens the view to {math.degrees(math.atan(reach)):.2f} degrees from the"
+                f" optical axis; at most {WIDEST} are allowed; take fewer pixels"
+            )
+        return wide
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers that :func:`camera_from_dict` turns back into the same camera."""

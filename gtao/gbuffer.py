@@ -9,6 +9,8 @@ from . import backend
 from .camera import OrthographicCamera, PerspectiveCamera
 from .errors import ShapeError
 from .kernels import fetch, normals
+from .layers import DepthLayers
+from .tensors import to_tensor, window
 
 __all__ = ["GBuffer"]
 
@@ -16,40 +18,10 @@ __all__ = ["GBuffer"]
 UNIT_TOLERANCE = 5e-3
 #: Deviations up to this come from rounding a unit vector to float32.
 ROUNDING = 3e-7
-
-
 #: Depths whose squares neither overflow nor vanish in float32.
 NEAREST, FARTHEST = 1e-12, 1e12
-
-
-def to_tensor(value: Any, name: str, shape: tuple[int, ...]):
-    """A Dr.Jit tensor of ``shape`` that owns its memory, from anything with an array protocol."""
-    backend.require()
-    if not (hasattr(value, "__dlpack__") or hasattr(value, "__array_interface__")):
-        raise ShapeError(f"{name} must be an array (NumPy, PyTorch, JAX, Dr.Jit tensor), got {type(value).__name__}")
-    if dr.is_tensor_v(value) and dr.is_float_v(value):
-        tensor = value
-    else:
-        kind = str(getattr(value, "dtype", ""))
-        if not any(word in kind.lower() for word in ("float", "int", "f32", "f64", "f16", ">f", "<f")):
-            raise ShapeError(f"{name} must hold real numbers, got dtype {kind or 'unknown'}")
-        if ">" in kind and hasattr(value, "astype"):
-            value = value.astype(value.dtype.newbyteorder("="))
-        double = "float64" in kind.lower()
-        Float = dr.float64_array_t(backend.default_float()) if double else backend.default_float()
-        try:
-            tensor = dr.tensor_t(Float)(value)
-        except (TypeError, RuntimeError) as error:
-            raise ShapeError(f"{name} cannot be read as an array: {error}") from None
-    if tuple(tensor.shape) != shape:
-        raise ShapeError(f"{name} must have shape {shape}, got {tuple(tensor.shape)}")
-    # A NumPy array is aliased, not copied, and its alignment would become part of the kernel.
-    flat = tensor.array if dr.grad_enabled(tensor) else dr.opaque(tensor.array)
-    return type(tensor)(flat, shape)
-
-
-def _any(mask) -> bool:
-    return bool(dr.any(mask, axis=None)[0])
+#: The first layer of the frame is its depth, up to the rounding of a conversion.
+LAYER_TOLERANCE = 1e-6
 
 
 class GBuffer:
@@ -63,14 +35,24 @@ class GBuffer:
         camera: the camera that the frame was made with.
         albedo: optional (H, W, 3) diffuse albedo in [0, 1].
         motion: optional (H, W, 2) motion in pixels from the previous frame.
+        layers: optional :class:`gtao.DepthLayers`: where the bodies behind each pixel begin and end; the first begins
+            at ``view_z``.
 
     Raises:
         ShapeError: a shape or type is wrong, depth is NaN, not positive or beyond 1e-12 … 1e12, a normal is not
-            finite or not unit.
+            finite or not unit, the layers are of another frame.
         BackendError: there is no usable Dr.Jit backend.
     """
 
-    def __init__(self, view_z: Any, normal_v: Any, camera: Any, albedo: Any = None, motion: Any = None):
+    def __init__(
+        self,
+        view_z: Any,
+        normal_v: Any,
+        camera: Any,
+        albedo: Any = None,
+        motion: Any = None,
+        layers: DepthLayers | None = None,
+    ):
         if not isinstance(camera, PerspectiveCamera | OrthographicCamera):
             raise ShapeError(f"camera must be a PerspectiveCamera or OrthographicCamera, got {type(camera).__name__}")
         self.camera = camera
@@ -85,6 +67,7 @@ class GBuffer:
             self.normal_v = self._check_normals(to_tensor(normal_v, "normal_v", (*self.shape, 3)))
         self.albedo = None if albedo is None else self._check_albedo(to_tensor(albedo, "albedo", (*self.shape, 3)))
         self.motion = None if motion is None else to_tensor(motion, "motion", (*self.shape, 2))
+        self.layers = None if layers is None else self._check_layers(layers)
 
     @classmethod
     def from_exr(cls, path: Any, camera: Any = None, **options: Any) -> "GBuffer":
@@ -95,6 +78,25 @@ class GBuffer:
         from .io.exr import read_gbuffer
 
         return read_gbuffer(path, camera, **options)
+
+    def crop(self, x0: int, y0: int, width: int, height: int) -> "GBuffer":
+        """The frame of the window whose top left pixel is ``(x0, y0)``, with the camera of that window.
+
+        ``g.crop(p, p, width, height)`` takes a guard band of p pixels away again.
+
+        Raises:
+            ShapeError: the window reaches beyond the frame.
+        """
+        region = (x0, y0, width, height)
+
+        def part(tensor):
+            return None if tensor is None else window(tensor, *region)
+
+        view_z, normal_v, albedo, motion = map(part, (self.view_z, self.normal_v, self.albedo, self.motion))
+        layers = None if self.layers is None else self.layers.crop(*region)
+        result = GBuffer(view_z, normal_v, self.camera.crop(*region), albedo, motion, layers)
+        result.normals_derived = self.normals_derived
+        return result
 
     @property
     def types(self):
@@ -194,6 +196,23 @@ class GBuffer:
             raise ShapeError(f"albedo must be in [0, 1]: {dr.count(wrong)[0]} values are not")
         return albedo
 
+    def _check_layers(self, layers):
+        if not isinstance(layers, DepthLayers):
+            raise ShapeError(f"layers must be gtao.DepthLayers, got {type(layers).__name__}")
+        if layers.shape[1:] != self.shape:
+            height, width = layers.shape[1:]
+            raise ShapeError(f"the layers are of a frame of {width}x{height}, not {self.shape[1]}x{self.shape[0]}")
+        if type(layers.front) is not type(self.view_z):
+            raise ShapeError("the layers and view_z must both be single or both be double precision")
+        z = self.view_z.array
+        first = dr.gather(type(z), layers.front.array, dr.arange(self.types.UInt, dr.width(z)))
+        n_off = dr.count(~((first == z) | (dr.isfinite(z) & (abs(first - z) <= LAYER_TOLERANCE * z))))[0]
+        if n_off:
+            raise ShapeError(
+                f"the first layer must begin at view_z, but does not at {n_off} pixels; are they one view?"
+            )
+        return layers
+
     def _derive_normals(self):
         T, camera = self.types, self.camera
 
@@ -209,5 +228,5 @@ class GBuffer:
 
     def __repr__(self) -> str:
         height, width = self.shape
-        extras = [name for name in ("albedo", "motion") if getattr(self, name) is not None]
+        extras = [name for name in ("albedo", "motion", "layers") if getattr(self, name) is not None]
         return f"GBuffer({width}x{height}, {self.camera.kind}{''.join(', ' + e for e in extras)})"

@@ -75,6 +75,36 @@ def test_crop_sees_the_same_points(camera):
 
 
 @pytest.mark.parametrize("camera", CAMERAS, ids=IDS)
+def test_a_guard_band_leaves_everything_in_place(camera):
+    Float = float_type("float64")
+    wide = camera.padded(48)
+    assert wide.shape == (camera.height + 96, camera.width + 96)
+    here = camera.unproject(Float(37.5), Float(41.5), Float(2.0))
+    there = wide.unproject(Float(37.5 + 48), Float(41.5 + 48), Float(2.0))
+    assert np.array(there).ravel() == pytest.approx(np.array(here).ravel(), rel=1e-14)
+    back = wide.crop(48, 48, camera.width, camera.height)
+    # The orthographic camera keeps its extent, not its pixel size: a division and a product more.
+    assert list(back.to_dict().values())[1:] == pytest.approx(list(camera.to_dict().values())[1:], rel=1e-15)
+    assert camera.padded(0) == camera
+
+
+def test_a_guard_band_that_makes_no_sense_is_refused():
+    camera = gtao.PerspectiveCamera(64, 64, math.radians(170))
+    assert camera.padded(60).fov_y > math.radians(176)
+    with pytest.raises(
+        gtao.ConfigError, match=r"band of 300 pixels widens the view to 89\.52 degrees from the optical"
+    ):
+        camera.padded(300)
+    for pixels in (-1, 1.5, True, "8"):
+        with pytest.raises(gtao.ConfigError, match="a guard band is a whole number of pixels from 0 on, got"):
+            camera.padded(pixels)
+    # Parallel rays have no widest angle, and a camera that is already wider stays as it is.
+    gtao.OrthographicCamera(4, 4, 1.0).padded(10_000)
+    almost = gtao.PerspectiveCamera(64, 64, math.radians(179.5))
+    assert almost.padded(0) == almost
+
+
+@pytest.mark.parametrize("camera", CAMERAS, ids=IDS)
 def test_dictionary_round_trip(camera):
     assert gtao.camera_from_dict(camera.to_dict()) == camera
 

@@ -1,0 +1,51 @@
+"""Dr.Jit tensors from whatever the caller has, and windows of them."""
+
+from typing import Any
+
+import drjit as dr
+
+from . import backend
+from .errors import ShapeError
+
+__all__ = ["to_tensor", "window"]
+
+
+def to_tensor(value: Any, name: str, shape: tuple[int, ...]):
+    """A Dr.Jit tensor of ``shape`` that owns its memory, from anything with an array protocol."""
+    backend.require()
+    if not (hasattr(value, "__dlpack__") or hasattr(value, "__array_interface__")):
+        raise ShapeError(f"{name} must be an array (NumPy, PyTorch, JAX, Dr.Jit tensor), got {type(value).__name__}")
+    if dr.is_tensor_v(value) and dr.is_float_v(value):
+        tensor = value
+    else:
+        kind = str(getattr(value, "dtype", ""))
+        if not any(word in kind.lower() for word in ("float", "int", "f32", "f64", "f16", ">f", "<f")):
+            raise ShapeError(f"{name} must hold real numbers, got dtype {kind or 'unknown'}")
+        if ">" in kind and hasattr(value, "astype"):
+            value = value.astype(value.dtype.newbyteorder("="))
+        double = "float64" in kind.lower()
+        Float = dr.float64_array_t(backend.default_float()) if double else backend.default_float()
+        try:
+            tensor = dr.tensor_t(Float)(value)
+        except (TypeError, RuntimeError) as error:
+            raise ShapeError(f"{name} cannot be read as an array: {error}") from None
+    if tuple(tensor.shape) != shape:
+        raise ShapeError(f"{name} must have shape {shape}, got {tuple(tensor.shape)}")
+    # A NumPy array is aliased, not copied, and its alignment would become part of the kernel.
+    flat = tensor.array if dr.grad_enabled(tensor) else dr.opaque(tensor.array)
+    return type(tensor)(flat, shape)
+
+
+def window(tensor: Any, x0: int, y0: int, width: int, height: int, *, axis: int = 0):
+    """The pixels of a window of an image whose rows are numbered along ``axis`` and columns along the next one.
+
+    Raises:
+        ShapeError: the window has no pixels or reaches beyond the image.
+    """
+    h, w = tensor.shape[axis : axis + 2]
+    if not (0 <= x0 < x0 + width <= w and 0 <= y0 < y0 + height <= h):
+        raise ShapeError(
+            f"a window of {width}x{height} pixels at ({x0}, {y0}) does not lie within an image of {w}x{h};"
+            " beyond the frame nothing is known"
+        )
+    return tensor[(slice(None),) * axis + (slice(y0, y0 + height), slice(x0, x0 + width))]
