@@ -62,7 +62,7 @@ def by_sample(c, w, h, blocked):
 
 
 def by_horizon(c, w, h, w_h):
-    """One more sample of a direction that is attenuated as a whole: it blocks (sin h - sin t) W of the horizon's sample.
+    """One more sample of a direction that is attenuated as a whole: it blocks (sin h - sin t) W(S), S defining h.
 
     Args:
         c, w, h: as for :func:`by_sample`.

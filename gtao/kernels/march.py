@@ -14,7 +14,7 @@ from typing import Any
 
 import drjit as dr
 
-from . import fetch, horizon, noise, reach, slices
+from . import fetch, hbao, horizon, noise, reach, slices
 
 __all__ = ["MAX_UNROLLED_STEPS", "Pixel", "Sample", "Scalars", "Slice", "Switches", "march"]
 
@@ -140,7 +140,7 @@ def march(view_z, field, normal, accumulator, k: Switches, s: Scalars, types):
     z = dr.select(surface, view_z, 1)
     if k.pulled:
         z = z * s.pull
-    pixel, n = _pixel(Float(xi), Float(yi), z, normal, k, s, Float)
+    pixel, n, facing = _pixel(Float(xi), Float(yi), z, normal, k, s, Float)
     x, y, P = pixel.x, pixel.y, pixel.P
     slice_frame = slices.frame(k.slice_measure, pixel.V, n, pixel.nV)
     rotation, offset = noise.pattern(k.noise, xi, yi, s.frame_rotation, s.frame_offset, s.key, Float)
@@ -174,13 +174,17 @@ def march(view_z, field, normal, accumulator, k: Switches, s: Scalars, types):
     def slice_value(c, q, off):
         """One slice at azimuth (cos, sin) = (c, q)."""
         nT, ux, uy = slice_frame.normal_and_direction(c, q)
+        start = slices.clamped_start(pixel.nV, nT)
+        if facing is not None:
+            # Slices do not contain the zenith, so that ⟨N, T⟩ does not say where they meet the tangent plane.
+            rise = hbao.tangent(facing, hbao.left_of(ux, uy, pixel.X, pixel.Y), pixel.V)
+            start = -rise, rise
         ux, uy = ux * s.fx, -uy * s.fy
         length2 = dr.fma(ux, ux, uy * uy)
         rcp = dr.rsqrt(length2)
         direction = ux * rcp, uy * rcp
         lengths = reach.reaches(k, s, slice_frame, m, (c, q), length2 * rcp, direction, x, y)
         sides = tuple(reach.Side.of(length, s.min_step_px) for length in lengths)
-        start = slices.clamped_start(pixel.nV, nT)
         sl = Slice(pixel, pixel.nV, nT, start, tuple(side.inside for side in sides), off)
         state = accumulator.begin(sl)
         n_block = _block(k.n_steps)
@@ -215,7 +219,7 @@ def march(view_z, field, normal, accumulator, k: Switches, s: Scalars, types):
 
 
 def _pixel(x, y, z, normal, k: Switches, s: Scalars, Float):
-    """The shaded point and its normal, bent until it is seen edge-on if it faces away."""
+    """The shaded point; its normal, facing the zenith; and, if slices do not contain the zenith, facing the eye."""
     X, Y = dr.fma(x, s.ax, s.bx), dr.fma(y, s.ay, s.by)
     rcp_a2 = 1 / dr.fma(X, X, dr.fma(Y, Y, 1))
     axis = (Float(0), Float(0), Float(1))
@@ -226,14 +230,20 @@ def _pixel(x, y, z, normal, k: Switches, s: Scalars, Float):
         p2 = dr.fma(P[0], P[0], dr.fma(P[1], P[1], z * z))
         rcp_p = dr.rsqrt(p2)
         p, V = p2 * rcp_p, (-P[0] * rcp_p, -P[1] * rcp_p, z * rcp_p)
-    if k.zenith == "optical_axis":
-        V = axis
-    # The closed forms need n_V >= 0.
-    nV = dr.fma(normal[0], V[0], dr.fma(normal[1], V[1], normal[2] * V[2]))
+    n, nV = _bent(normal, V)
+    facing = None
+    if k.zenith == "optical_axis" and not k.orthographic:
+        facing, V = n, axis
+        n, nV = _bent(n, V)
+    return Pixel(x, y, X, Y, rcp_a2, P, p, V, nV), n, facing
+
+
+def _bent(n, V):
+    """The normal, turned until it is seen edge-on if it faces away from V, and ⟨N, V⟩: closed forms need n_V > 0."""
+    nV = dr.fma(n[0], V[0], dr.fma(n[1], V[1], n[2] * V[2]))
     facing = 1e-3
     bend = dr.select(nV < facing, facing - nV, 0)
-    n = tuple(dr.fma(bend, v, c) for c, v in zip(normal, V, strict=True))
+    n = tuple(dr.fma(bend, v, c) for c, v in zip(n, V, strict=True))
     scale = dr.rsqrt(dr.fma(n[0], n[0], dr.fma(n[1], n[1], n[2] * n[2])))
     n = tuple(c * scale for c in n)
-    nV = dr.fma(n[0], V[0], dr.fma(n[1], V[1], n[2] * V[2]))
-    return Pixel(x, y, X, Y, rcp_a2, P, p, V, nV), n
+    return n, dr.fma(n[0], V[0], dr.fma(n[1], V[1], n[2] * V[2]))

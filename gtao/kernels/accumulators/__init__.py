@@ -2,5 +2,6 @@
 
 from .horizon import Horizon
 from .sphere import SphereCut
+from .tangent import TangentToHorizon
 
-__all__ = ["Horizon", "SphereCut"]
+__all__ = ["Horizon", "SphereCut", "TangentToHorizon"]
