@@ -95,9 +95,9 @@ def stratify(
     keep = np.ones(x.shape, dtype=bool) if mask is None else np.asarray(mask).astype(bool)
     noise = np.zeros(x.shape) if variance is None else np.asarray(variance, dtype=np.float64)
     quantities = {name: np.asarray(values, dtype=np.float64) for name, values in by.items()}
-    for name, shape in {"reference": y.shape, "mask": keep.shape, "variance": noise.shape} | {
-        f"by[{name!r}]": values.shape for name, values in quantities.items()
-    }.items():
+    shapes = {"reference": y.shape, "mask": keep.shape, "variance": noise.shape}
+    shapes |= {f"by[{name!r}]": values.shape for name, values in quantities.items()}
+    for name, shape in shapes.items():
         if x.ndim != 2 or shape != x.shape:
             raise ShapeError(f"image has shape {x.shape} and {name} {shape}; both must be the same (H, W)")
     given = STRATA_EDGES | dict(edges or {})
