@@ -8,6 +8,7 @@ from typing import Any
 
 from .bitmask import VisibilityBitmask
 from .codec import from_dict, register
+from .deviations import Deviation, deviations, faithful
 from .falloff import LinearFalloff, NoCut, QuadraticFalloff, SampleCut
 from .gtao import GTAO
 from .hbao import HBAO
@@ -22,6 +23,7 @@ __all__ = [
     "NAMED",
     "ConstantThickness",
     "DepthCut",
+    "Deviation",
     "LinearFalloff",
     "LinearThickness",
     "MeasuredThickness",
@@ -33,6 +35,8 @@ __all__ = [
     "SampleCut",
     "SliceMethod",
     "VisibilityBitmask",
+    "deviations",
+    "faithful",
     "method_from_dict",
     "named",
     "with_budget",

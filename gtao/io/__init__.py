@@ -34,3 +34,4 @@ from .shaders import shader_code as shader_code
 from .transport import StoredTransport as StoredTransport
 from .transport import read_transport as read_transport
 from .transport import write_transport as write_transport
+from .truth import read_truth as read_truth
