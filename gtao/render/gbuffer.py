@@ -15,7 +15,9 @@ from .variant import ensure_variant
 __all__ = ["gbuffer"]
 
 
-def gbuffer(scene: Any, sensor: Any = 0, *, normals: str = "shading", albedo: bool = True) -> GBuffer:
+def gbuffer(
+    scene: Any, sensor: Any = 0, *, normals: str = "shading", albedo: bool = True, guard_px: int = 0
+) -> GBuffer:
     """Depth, normals and albedo at the pixel centres of one sensor.
 
     Args:
@@ -24,6 +26,9 @@ def gbuffer(scene: Any, sensor: Any = 0, *, normals: str = "shading", albedo: bo
         normals: "shading" (interpolated vertex normals, bump and normal maps excepted) or "geometric". Either
             is flipped towards the camera.
         albedo: also evaluate the diffuse reflectance.
+        guard_px: pixels more on every side than the sensor has: the surroundings that estimators otherwise lack at
+            the edge of the frame. Within the frame nothing changes, and ``g.crop(guard_px, guard_px, width, height)``
+            is the sensor's own frame; the same window of a result is its result.
 
     Returns:
         ``gtao.GBuffer``: ``view_z`` (H, W) in scene units, inf on the background; ``normal_v`` (H, W, 3)
@@ -33,11 +38,12 @@ def gbuffer(scene: Any, sensor: Any = 0, *, normals: str = "shading", albedo: bo
     Raises:
         SceneError: no such sensor, a sensor that is neither perspective nor orthographic, or albedo asked of
             a spectral or polarised variant.
-        ConfigError: ``normals`` is neither of the two.
+        ConfigError: ``normals`` is neither of the two, or a guard band that makes no sense (see
+            :meth:`gtao.PerspectiveCamera.padded`).
         BackendError: there is no usable backend.
     """
     ensure_variant()
-    hits = shoot(scene, select_sensor(scene, sensor), normals)
+    hits = shoot(scene, select_sensor(scene, sensor), normals, guard_px)
     height, width = hits.camera.shape
     colour = mi.TensorXf(dr.ravel(_albedo(hits)), (height, width, 3)) if albedo else None
     return GBuffer(

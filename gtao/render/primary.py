@@ -72,11 +72,12 @@ class PrimaryHits:
         return rotation(self.view_to_world.T) @ mi.Vector3f(self.normal_w)
 
 
-def shoot(scene: Any, sensor: Any, normals: str = "shading") -> PrimaryHits:
-    """Trace the ray through every pixel centre."""
+def shoot(scene: Any, sensor: Any, normals: str = "shading", guard_px: int = 0) -> PrimaryHits:
+    """Trace the ray through every pixel centre, those of a guard band around the frame included."""
     check_normals(normals)
     camera, view_to_world = camera_from_sensor(sensor)
-    ray = pixel_centre_rays(sensor)
+    camera = camera.padded(guard_px)
+    ray = pixel_centre_rays(sensor, guard_px)
     si = scene.ray_intersect(ray, ray_flags=mi.RayFlags.All, coherent=True)
     valid = si.is_valid()
     forward = mi.Vector3f(*(float(v) for v in -view_to_world[:3, 2]))

@@ -104,15 +104,17 @@ def rotation(matrix: np.ndarray) -> Any:
     return result
 
 
-def pixel_centre_rays(sensor: Any) -> Any:
+def pixel_centre_rays(sensor: Any, guard_px: int = 0) -> Any:
     """The sensor's own rays through the centre of every pixel, row by row from the top left.
 
-    They start on the near plane: lengths along them are not distances from the camera.
+    They start on the near plane: lengths along them are not distances from the camera. With a guard band the rays
+    within the frame keep their bits: those outside continue the same lattice over the film's edge.
     """
     width, height = (int(v) for v in sensor.film().crop_size())
-    index = dr.arange(mi.UInt32, width * height)
-    y = index // width
-    x = index - y * width
-    film = mi.Point2f((mi.Float(x) + 0.5) / width, (mi.Float(y) + 0.5) / height)
+    wide = width + 2 * guard_px
+    index = dr.arange(mi.UInt32, wide * (height + 2 * guard_px))
+    y = index // wide
+    x = index - y * wide
+    film = mi.Point2f((mi.Float(x) - guard_px + 0.5) / width, (mi.Float(y) - guard_px + 0.5) / height)
     ray, _ = sensor.sample_ray(0.0, 0.5, film, mi.Point2f(0.5))
     return ray
