@@ -253,6 +253,50 @@ def refit(
 
 
 @app.command()
+def compare(
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Directory for everything written.")],
+    scenes: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[SCENE]...",
+            help="Mitsuba .xml files, embedded scenes, EXR frames by `gtao render`, or folders; default: all embedded.",
+        ),
+    ] = None,
+    method: Annotated[
+        list[str] | None, typer.Option(help="Method to compare, repeatable; default: all of `gtao methods`.")
+    ] = None,
+    radius: Annotated[
+        float | None,
+        typer.Option(
+            parser=_distance,
+            metavar="DISTANCE",
+            help="Reach of occluders in scene units, or inf; default: the scene's.",
+        ),
+    ] = None,
+    resolution: Annotated[int | None, typer.Option(min=16, max=MAX_SIDE, help="Longer side in pixels.")] = None,
+    spp: Annotated[int | None, typer.Option(min=16, help="Rays per pixel of the truth.")] = None,
+    all_sensors: Annotated[bool, typer.Option(help="Every camera of a scene, not only the first.")] = False,
+    quick: Annotated[bool, typer.Option(help="Small and noisy, to see every part run.")] = False,
+    seed: Seed = 0,
+) -> None:
+    """Every method against ray-traced truth: table, error maps, error budgets, report."""
+    config = gtao.workflows.CompareConfig.from_options(
+        quick=quick,
+        scenes=tuple(scenes or ()),
+        methods=tuple(method or ()),
+        radius=radius,
+        resolution=resolution,
+        spp=spp,
+        all_sensors=all_sensors,
+        seed=seed,
+    )
+    with Bars() as bars:
+        result = gtao.workflows.compare(config, output, progress=bars)
+    _out.print(result.summary(), soft_wrap=True, highlight=False)
+    _out.print(f"report: {output / 'report.html'}", soft_wrap=True)
+
+
+@app.command()
 def export(
     fit: Annotated[Path, typer.Argument(metavar="RECORD", help="What refit wrote: record.json or coefficients.json.")],
     language: Annotated[str, typer.Option(help="'hlsl', 'glsl', 'wgsl', 'c' or 'json'.")] = "hlsl",

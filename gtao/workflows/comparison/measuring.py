@@ -1,0 +1,146 @@
+"""Methods on a frame, against its truth."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from gtao import evaluate
+from gtao.config import GTAO, Pipeline, VisibilityBitmask, deviations, named, with_budget
+from gtao.plot import MethodResult, SceneComparison
+
+from .frames import Frame
+from .ladder import Field, budget_of
+from .settings import CompareConfig
+from .timing import interleaved
+
+__all__ = ["DEFAULTS", "measure"]
+
+#: Group of the methods as they come; the others are called after their taps.
+DEFAULTS = "own defaults"
+#: Methods that stand for this library.
+OURS = ("gtao", "recommended")
+
+
+def taps(n_slices: int, n_steps: int) -> int:
+    return 2 * n_slices * n_steps
+
+
+class _Bench:
+    """All numbers of one frame, gathered by :func:`measure`."""
+
+    def __init__(self, frame: Frame, field: Field, config: CompareConfig):
+        self.frame, self.field, self.config = frame, field, config
+        self.pipelines = {name: named(name, frame.radius) for name in config.names}
+
+    def image(self, pipeline: Pipeline) -> np.ndarray:
+        return pipeline.step(self.frame.g).visibility.numpy()
+
+    def rmse(self, image: np.ndarray) -> float:
+        return evaluate.rmse(image, self.frame.truth, mask=self.frame.mask)
+
+    def result(self, name: str, pipeline: Pipeline, group: str, *, shown: bool, seconds: float | None = None) -> Any:
+        frame, image = self.frame, self.image(pipeline)
+        metrics = evaluate.scores(image, frame.truth, variance=frame.variance, mask=frame.mask, perceptual=shown)
+        metrics["field_rmse"] = evaluate.rmse(image, self.field.inside, mask=frame.mask)
+        return MethodResult(
+            name=name,
+            label=name,
+            metrics=metrics,
+            group=group,
+            taps=_taps(pipeline),
+            milliseconds=None if seconds is None else 1e3 * seconds,
+            visibility=image if shown else None,
+            settings=_settings(pipeline),
+            ours=name in OURS,
+        )
+
+    def raw(self, pipeline: Pipeline, counts: tuple[int, int]) -> Pipeline:
+        """The estimator alone, at a given budget: no filter, no clamp."""
+        return replace(with_budget(pipeline, *counts), spatial=None, clamp=False)
+
+
+def measure(frame: Frame, field: Field, config: CompareConfig, progress: Any) -> SceneComparison:
+    """Every method on one frame: own defaults, equal budgets, curves, deviations, error budgets and strata.
+
+    Args:
+        progress: called as ``progress(done, total)``.
+    """
+    m = _Bench(frame, field, config)
+    total = 6
+    progress(0, total)
+    seconds = interleaved(
+        {name: lambda p=p: p.step(frame.g).visibility for name, p in m.pipelines.items()}, config.rounds
+    )
+    progress(1, total)
+    results = [m.result(name, p, DEFAULTS, shown=True, seconds=seconds[name]) for name, p in m.pipelines.items()]
+    progress(2, total)
+    for counts in config.budgets:
+        group = f"{taps(*counts)} taps per pixel"
+        results += [m.result(name, m.raw(p, counts), group, shown=False) for name, p in m.pipelines.items()]
+    progress(3, total)
+    curves = {
+        name: [(taps(*counts), m.rmse(m.image(m.raw(p, counts)))) for counts in config.curve]
+        for name, p in m.pipelines.items()
+    }
+    progress(4, total)
+    walks = {name: _walk(m, p) for name, p in m.pipelines.items() if isinstance(p.occlusion, GTAO | VisibilityBitmask)}
+    progress(5, total)
+    budgets = {name: budget_of(p, frame, field) for name, p in m.pipelines.items()}
+    by = evaluate.strata_of(
+        frame.g.position_v.numpy(), frame.g.normal_v.numpy(), frame.truth, view_dir=_view_dir(frame)
+    )
+    strata = {
+        r.name: evaluate.stratify(r.visibility, frame.truth, by=by, mask=frame.mask, variance=frame.variance)
+        for r in results
+        if r.group == DEFAULTS
+    }
+    progress(total, total)
+    return SceneComparison(
+        name=frame.name,
+        radius=frame.radius,
+        truth=frame.truth,
+        mask=frame.mask,
+        methods=results,
+        noise=evaluate.noise_floor(frame.variance, mask=frame.mask),
+        limit_rmse=evaluate.corrected_rmse(
+            field.inside, frame.truth, frame.variance + field.inside_variance, mask=frame.mask
+        ),
+        budgets=budgets,
+        curves=curves,
+        deviations={name: walk for name, walk in walks.items() if len(walk) > 1},
+        strata=strata,
+    )
+
+
+def _walk(m: _Bench, pipeline: Pipeline) -> list[tuple[str, float]]:
+    """RMSE as the deviations of a method from the faithful one are switched on, one after the other."""
+    method, steps = pipeline.occlusion, deviations(pipeline.occlusion)
+    method = replace(method, **{d.option: d.faithful for d in steps})
+    walk = [("faithful", m.rmse(m.image(replace(pipeline, occlusion=method, spatial=None, clamp=False))))]
+    for d in steps:
+        method = replace(method, **{d.option: d.value})
+        walk.append((d.label, m.rmse(m.image(replace(pipeline, occlusion=method, spatial=None, clamp=False)))))
+    if pipeline.spatial is not None or pipeline.clamp:
+        walk.append(("filter" if pipeline.spatial is not None else "clamp", m.rmse(m.image(pipeline))))
+    return walk
+
+
+def _taps(pipeline: Pipeline) -> int:
+    method = pipeline.occlusion
+    if hasattr(method, "n_slices"):
+        return taps(method.n_slices, method.n_steps)
+    return method.n_directions * method.rays_per_direction * method.n_steps
+
+
+def _settings(pipeline: Pipeline) -> str:
+    parts = [repr(pipeline.occlusion)]
+    if pipeline.spatial is not None:
+        parts.append(repr(pipeline.spatial))
+    return ", then ".join(parts)
+
+
+def _view_dir(frame: Frame) -> np.ndarray | None:
+    if not frame.g.camera.is_orthographic:
+        return None
+    return np.array([0.0, 0.0, 1.0])
