@@ -1,7 +1,10 @@
 """Figures and reports of results. Takes results, returns figures; computes nothing and opens no window."""
 
 from .comparison import Comparison, MethodResult, SceneComparison
+from .comparison_images import comparison_images, error_budget_maps, signed_error_maps
 from .comparison_report import compare_report
+from .error_bars import deviation_bars, error_budget_bar
+from .error_curves import error_against_samples, error_against_time, stratified_errors
 from .fits import coefficients, comparison, coverage, residuals, scatter
 from .images import error_map, image_row, visibility_image
 from .report import refit_figures, refit_report
@@ -14,7 +17,13 @@ __all__ = [
     "coefficients",
     "compare_report",
     "comparison",
+    "comparison_images",
     "coverage",
+    "deviation_bars",
+    "error_against_samples",
+    "error_against_time",
+    "error_budget_bar",
+    "error_budget_maps",
     "error_map",
     "forms",
     "image_row",
@@ -23,5 +32,7 @@ __all__ = [
     "refit_report",
     "residuals",
     "scatter",
+    "signed_error_maps",
+    "stratified_errors",
     "visibility_image",
 ]

@@ -9,12 +9,9 @@ from numpy.typing import ArrayLike
 
 from gtao.errors import ShapeError
 
-from .style import INK, SIGNED, ShownFigure, grid_shape, hide_unused, new_figure, styled
+from .style import INK, NO_VALUE, SIGNED, ShownFigure, grid_shape, hide_unused, new_figure, styled
 
-__all__ = ["error_map", "image_row", "visibility_image"]
-
-#: Background and other pixels without a value.
-_NO_VALUE = "#c9d3de"
+__all__ = ["displayed", "error_map", "image_row", "visibility_image"]
 
 #: Height of an image in inches.
 _HEIGHT = 2.6
@@ -47,11 +44,12 @@ def image_row(
         raise ShapeError("there is no image to draw; give at least one")
     if titles and len(titles) != len(images):
         raise ShapeError(f"got {len(titles)} titles for {len(images)} images; give one each, or none")
-    pixels = [_displayed(image, limits) for image in images]
+    pixels = [displayed(image, limits) for image in images]
     rows, columns = grid_shape(len(pixels), columns)
     ratios = [p.shape[1] / p.shape[0] for p in pixels]
     widths = [max(ratios[column::columns]) for column in range(columns)]
-    height = rows * (_HEIGHT + (0.3 if titles else 0))
+    lines = max((title.count("\n") + 1 for title in titles), default=0)
+    height = rows * (_HEIGHT + (0.12 + 0.18 * lines if titles else 0))
     figure = ShownFigure(figsize=(_HEIGHT * sum(widths), height), layout="constrained")
     axes = np.asarray(figure.subplots(rows, columns, width_ratios=widths, squeeze=False))
     for i, (axis, shown) in enumerate(zip(hide_unused(axes, len(pixels)), pixels, strict=True)):
@@ -90,7 +88,7 @@ def error_map(error: ArrayLike, title: str = "", *, limit: float | None = None, 
     top = float(np.abs(shown).max()) if limit is None else limit
     figure, grid = new_figure(1, 1, cell=(_HEIGHT * values.shape[1] / values.shape[0] + 0.9, _HEIGHT + 0.3))
     axis = grid[0, 0]
-    axis.set_facecolor(_NO_VALUE)
+    axis.set_facecolor(NO_VALUE)
     image = axis.imshow(shown, cmap=SIGNED, vmin=-top or -1, vmax=top or 1)
     axis.set(xticks=[], yticks=[], title=title)
     axis.grid(visible=False)
@@ -98,7 +96,7 @@ def error_map(error: ArrayLike, title: str = "", *, limit: float | None = None, 
     return figure
 
 
-def _displayed(image: Any, limits: tuple[float, float]) -> np.ndarray:
+def displayed(image: Any, limits: tuple[float, float]) -> np.ndarray:
     """8-bit sRGB pixels, (H, W, 3)."""
     values = np.asarray(image, dtype=float)
     if values.ndim == 2:
@@ -108,5 +106,5 @@ def _displayed(image: Any, limits: tuple[float, float]) -> np.ndarray:
     finite = np.isfinite(values).all(axis=-1, keepdims=True)
     linear = np.clip((np.where(finite, values, 0.0) - limits[0]) / (limits[1] - limits[0]), 0, 1)
     encoded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-    neutral = np.array([int(_NO_VALUE[i : i + 2], 16) for i in (1, 3, 5)])
+    neutral = np.array([int(NO_VALUE[i : i + 2], 16) for i in (1, 3, 5)])
     return np.where(finite, np.rint(255 * encoded), neutral).astype(np.uint8)

@@ -1,7 +1,7 @@
 """One look for all figures: Okabe and Ito's colour-blind-safe palette, thin axes, no state outside the figure."""
 
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from functools import wraps
 from typing import Any, TypeVar
 
@@ -12,10 +12,12 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
 __all__ = [
+    "BEHIND_TEXT",
     "CLOSED_FORM",
     "DENSITY",
     "INK",
     "MUTED",
+    "NO_VALUE",
     "OTHER",
     "PUBLISHED",
     "REFIT",
@@ -24,6 +26,7 @@ __all__ = [
     "albedo_colours",
     "grid_shape",
     "hide_unused",
+    "method_styles",
     "new_figure",
     "png_bytes",
     "styled",
@@ -32,13 +35,23 @@ __all__ = [
 #: Okabe and Ito 2008, "Color Universal Design": blue, vermilion, bluish green, reddish purple.
 REFIT, PUBLISHED, CLOSED_FORM, OTHER = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
 
+#: Lines of methods, in order: their palette without the yellow, which is too light for a line, and with a brown.
+_CYCLE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#8c5109", "#6b7480")
+_MARKERS = ("o", "s", "D", "^", "v", "P", "X")
+
 INK, MUTED, FAINT = "#22262b", "#6b7480", "#e3e6ea"
+
+#: Background and other pixels without a value.
+NO_VALUE = "#c9d3de"
 
 #: Number of samples: white where there are none.
 DENSITY = LinearSegmentedColormap.from_list("gtao_density", ["#ffffff", "#c3cbd4", "#7c8794", "#39424d"])
 
 #: Signed errors: blue too dark, red too bright, white right.
 SIGNED = LinearSegmentedColormap.from_list("gtao_signed", ["#054a91", "#6ba3d6", "#f7f7f7", "#e58a5b", "#8f2d06"])
+
+#: Box that keeps lines from running through a text.
+BEHIND_TEXT: dict[str, Any] = {"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 0.8}
 
 _STYLE = {
     "figure.facecolor": "white",
@@ -133,3 +146,18 @@ def albedo_colours(albedos: np.ndarray) -> list[tuple[float, float, float, float
     """A colour per albedo, dark to bright with equal steps of lightness."""
     scale = mpl.colormaps["viridis"]
     return [scale(0.05 + 0.85 * float(albedo)) for albedo in albedos]
+
+
+def method_styles(labels: Iterable[str], ours: Sequence[str] = ()) -> dict[str, dict[str, Any]]:
+    """A colour and a marker per label, in order; after the eighth the colours repeat with other markers and dashes."""
+    styles = {}
+    for i, label in enumerate(labels):
+        turn = i // len(_CYCLE)
+        styles[label] = {
+            "color": _CYCLE[i % len(_CYCLE)],
+            "marker": _MARKERS[i % len(_MARKERS)],
+            "linestyle": ("-", (0, (4, 1.5)), (0, (1.5, 1.2)))[turn % 3],
+            "linewidth": 2.6 if label in ours else 1.3,
+            "zorder": 4 if label in ours else 3,
+        }
+    return styles
