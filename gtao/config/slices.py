@@ -9,12 +9,28 @@ from gtao.errors import ConfigError
 from ._checks import check_choice, check_count, check_flag, check_number, check_positive
 from .codec import to_dict
 
-__all__ = ["Fetch", "Noise", "SliceMeasure", "SliceMethod", "Zenith", "with_slice_arguments"]
+__all__ = [
+    "Border",
+    "Fetch",
+    "Noise",
+    "SliceMeasure",
+    "SliceMethod",
+    "StepJitter",
+    "StepLaw",
+    "Zenith",
+    "with_slice_arguments",
+]
 
-SliceMeasure = Literal["view", "screen"]
-Fetch = Literal["nearest", "linear"]
+SliceMeasure = Literal["view", "screen", "screen_unnormalised"]
+Fetch = Literal["nearest", "linear", "bilinear", "floor", "nearest_of_four"]
+StepLaw = Literal["strata", "offset", "at_least", "whole", "beyond"]
+StepJitter = Literal["slice", "step", "pixel"]
+Border = Literal["shorten", "replicate", "clamp"]
 Noise = Literal["none", "spatial_4x4", "interleaved_gradient", "white"]
 Zenith = Literal["view", "optical_axis"]
+
+#: Listed azimuths are chosen from one after the other, which is fit for short lists.
+MOST_LISTED = 32
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,15 +43,31 @@ class SliceMethod:
         radius_multiplier: the search reaches this many radii, which compensates a falloff.
         n_steps: depth samples per side of a slice, 1 to 4096.
         slice_measure: "view" spaces slices evenly about the view vector and is exact everywhere in the frame;
-            "screen" spaces them evenly in the image, as published, and is biased off the optical axis.
+            "screen" spaces them evenly in the image, as published, and is biased off the optical axis;
+            "screen_unnormalised" also projects the normal along an axis that is no unit vector, as the published
+            listing has it (theory, eq. (64)).
+        slice_angles: azimuths of the slices in half turns, one for each, instead of even ones.
         zenith: axis that horizons are measured from: the "view" vector of the pixel, which every slice contains, or
             the "optical_axis", which slices contain at the image centre only.
-        fetch: "nearest" reads one texel; "linear" interpolates 1/z between four and is exact on planes.
+        fetch: "nearest" reads one texel; "linear" interpolates 1/z between four and is exact on planes; "bilinear"
+            does so across silhouettes too; "floor" truncates coordinates, half a texel off; "nearest_of_four" takes
+            the texel next to the eye of the four around the point, for the shaded point as well.
         snap_to_texel: with the nearest fetch, move a sample to the centre of its texel. The sample then lies on the
             surface but beside the slice; without, it lies in the slice but on a flat step of the depth buffer.
         step_exponent: sample distances grow like tᵖ with this p; 1 is uniform, 2 favours near occluders.
+        step_law: where samples lie on a search of ℓ pixels, from j + ξ with the step's number j and its jitter ξ, for
+            n = n_steps, m = min_step_px, and p = step_exponent (theory, eq. (63)): "strata" between m and ℓ,
+            m + ((j + ξ)/n)ᵖ (ℓ - m); "offset" strata of all of ℓ moved outward, m + ((j + ξ)/n)ᵖ ℓ; "at_least"
+            max(((j + ξ)/(n + 1))ᵖ ℓ, m (1 + j)); "whole" steps, ((j + 1 + ξ)/(n + 1))ᵖ max(ℓ, m (n + 1)); "beyond",
+            ((j + 1 + ξ)/n)ᵖ ℓ, whose last samples may lie outside of the radius.
+        step_jitter: ξ is one number per "slice", advanced by the golden ratio from slice to slice; one per "step",
+            advanced from step to step as well; or one for the whole "pixel".
         min_step_px: distance of the nearest possible sample in pixels.
         max_radius_px: longest search in pixels, as published (the radius scales with distance up to this limit).
+        max_radius_share: longest search as a share of the square root of the frame's number of pixels, but 16 pixels
+            at least.
+        border: where a search would leave the frame, "shorten" it; "replicate" the depth of the nearest texel beyond
+            the border; or "clamp" sample positions to two texels inside.
         noise: per-pixel rotation of slices and offset of steps: "none", "spatial_4x4" (the papers', 16 directions and
             4 offsets per 4×4 pixels), "interleaved_gradient", or "white".
         seed: selects the sequence of the "white" noise.
@@ -46,12 +78,17 @@ class SliceMethod:
     radius_multiplier: float = 1.0
     n_steps: int = 8
     slice_measure: SliceMeasure = "view"
+    slice_angles: tuple[float, ...] | None = None
     zenith: Zenith = "view"
     fetch: Fetch = "nearest"
     snap_to_texel: bool = True
     step_exponent: float = 2.0
+    step_law: StepLaw = "strata"
+    step_jitter: StepJitter = "slice"
     min_step_px: float = 1.0
     max_radius_px: float | None = None
+    max_radius_share: float | None = None
+    border: Border = "shorten"
     noise: Noise = "spatial_4x4"
     seed: int = 0
     depth_bias: float = 0.0
@@ -61,16 +98,27 @@ class SliceMethod:
         check_positive("radius_multiplier", self.radius_multiplier)
         check_count("n_steps", self.n_steps, 1, 4096)
         check_choice("slice_measure", self.slice_measure, SliceMeasure)
+        self._check_angles()
         check_choice("zenith", self.zenith, Zenith)
         check_choice("fetch", self.fetch, Fetch)
         check_flag("snap_to_texel", self.snap_to_texel)
         check_positive("step_exponent", self.step_exponent)
-        if not 0.5 <= check_number("min_step_px", self.min_step_px) <= 64:
-            raise ConfigError(f"min_step_px must lie in [0.5, 64], got {self.min_step_px}")
+        check_choice("step_law", self.step_law, StepLaw)
+        check_choice("step_jitter", self.step_jitter, StepJitter)
+        # Strata start there, and at less than half a pixel a sample would be the shaded point itself.
+        lowest = 0.5 if self.step_law == "strata" else 0.0
+        if not lowest <= check_number("min_step_px", self.min_step_px) <= 64:
+            raise ConfigError(f"min_step_px must lie in [{lowest:g}, 64], got {self.min_step_px}")
         if self.max_radius_px is not None:
             check_positive("max_radius_px", self.max_radius_px, infinite=True)
             if self.max_radius_px < self.min_step_px:
                 raise ConfigError(f"max_radius_px must be at least {self.min_step_px:g}, got {self.max_radius_px}")
+        if self.max_radius_share is not None:
+            check_positive("max_radius_share", self.max_radius_share)
+        check_choice("border", self.border, Border)
+        endless = math.isinf(self.radius) and self.max_radius_px is None and self.max_radius_share is None
+        if self.border != "shorten" and endless:
+            raise ConfigError(f"border {self.border!r} needs a finite radius, max_radius_px or max_radius_share")
         check_choice("noise", self.noise, Noise)
         check_count("seed", self.seed, 0, 2**32 - 1)
         if not 0 <= check_number("depth_bias", self.depth_bias) <= 0.1:
@@ -82,9 +130,23 @@ class SliceMethod:
         return self.radius * self.radius_multiplier
 
     def _check_falloff(self, falloff: Any) -> None:
-        end = getattr(falloff, "end", 0.0)
-        if end > self.search_radius * (1 + 1e-6):
-            raise ConfigError(f"falloff end {end} lies beyond the search radius {self.search_radius}")
+        end, farthest = getattr(falloff, "end", 0.0), max(self.radius, self.search_radius)
+        if end > farthest * (1 + 1e-6):
+            raise ConfigError(f"falloff end {end} lies beyond the radius {farthest}")
+
+    def _check_angles(self) -> None:
+        if self.slice_angles is None:
+            return
+        if not isinstance(self.slice_angles, tuple | list):
+            raise ConfigError(f"slice_angles must be None or a tuple of numbers, got {self.slice_angles!r}")
+        # Read from a record they are a list, which would not be hashable.
+        object.__setattr__(self, "slice_angles", tuple(check_number("slice_angles", a) for a in self.slice_angles))
+        n_slices = self.n_slices  # type: ignore[attr-defined]  # every subclass has it
+        if len(self.slice_angles) != n_slices or n_slices > MOST_LISTED:
+            raise ConfigError(
+                f"slice_angles must give an angle for each of n_slices = {n_slices} slices, {MOST_LISTED} at most,"
+                f" got {len(self.slice_angles)}"
+            )
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values that :func:`gtao.method_from_dict` turns back into the same configuration."""

@@ -8,9 +8,14 @@ import drjit as dr
 from gtao.config import SliceMethod
 from gtao.errors import ConfigError
 from gtao.gbuffer import GBuffer
-from gtao.kernels import march, noise
+from gtao.kernels import march, noise, steps
 
 __all__ = ["march_frame", "opaque"]
+
+#: A search limited to a share of the frame is limited to this many pixels at least.
+SHORTEST_SHARE_PX = 16.0
+
+_INTERPOLATING = ("linear", "bilinear")
 
 
 def opaque(g: GBuffer, value: float):
@@ -18,8 +23,18 @@ def opaque(g: GBuffer, value: float):
     return dr.opaque(g.types.Float, float(value))
 
 
+def _longest_px(g: GBuffer, method: SliceMethod) -> float:
+    """Upper limit of the search in pixels."""
+    limit = math.inf if method.max_radius_px is None else float(method.max_radius_px)
+    if method.max_radius_share is None:
+        return limit
+    return min(limit, max(SHORTEST_SHARE_PX, method.max_radius_share * math.sqrt(g.shape[0] * g.shape[1])))
+
+
 def _switches(g: GBuffer, method: Any, *, unlimited: bool) -> march.Switches:
     height, width = g.shape
+    # There is nothing to interpolate across a single row or column.
+    interpolates = method.fetch in _INTERPOLATING and min(width, height) > 1
     return march.Switches(
         width=width,
         height=height,
@@ -27,14 +42,17 @@ def _switches(g: GBuffer, method: Any, *, unlimited: bool) -> march.Switches:
         n_slices=method.n_slices,
         n_steps=method.n_steps,
         slice_measure=method.slice_measure,
+        slice_angles=method.slice_angles,
         zenith=method.zenith,
-        # There is nothing to interpolate across a single row or column.
-        fetch=method.fetch if min(width, height) > 1 else "nearest",
+        fetch=method.fetch if interpolates or method.fetch not in _INTERPOLATING else "nearest",
         snap_to_texel=method.snap_to_texel,
         noise=method.noise,
         step_exponent=float(method.step_exponent),
+        step_law=method.step_law,
+        step_jitter=method.step_jitter,
+        border=method.border,
         unlimited=unlimited,
-        clamp_px=method.max_radius_px is not None,
+        clamp_px=not math.isinf(_longest_px(g, method)),
         pulled=method.depth_bias > 0,
     )
 
@@ -51,7 +69,7 @@ def _scalars(g: GBuffer, method: SliceMethod, radius: float, frame_index: int) -
         "fy": camera.fy,
         "radius": radius,
         "min_step_px": method.min_step_px,
-        "max_radius_px": math.inf if method.max_radius_px is None else method.max_radius_px,
+        "max_radius_px": _longest_px(g, method),
         "pull": 1 - method.depth_bias,
         "frame_rotation": rotation,
         "frame_offset": offset,
@@ -72,9 +90,13 @@ def march_frame(g: GBuffer, method: Any, accumulator: Any, radius: float, frame_
     switches = _switches(g, method, unlimited=math.isinf(radius))
     if not switches.differentiable and (dr.grad_enabled(g.view_z) or dr.grad_enabled(g.normal_v)):
         raise ConfigError(
-            f"gradients need all steps in one block: choose n_steps <= {march.MAX_UNROLLED_STEPS}, got {method.n_steps}"
+            f"gradients need all steps in one block: choose n_steps <= {steps.MAX_UNROLLED}, got {method.n_steps}"
         )
-    field = g.affine_field() if switches.fetch == "linear" else None
+    field = g.view_z.array
+    if switches.fetch in _INTERPOLATING:
+        field = g.affine_field()
+        # The sign marks depth edges, which "bilinear" does not know.
+        field = abs(field) if switches.fetch == "bilinear" else field
     n = g.normal_arrays()
     scalars = _scalars(g, method, radius, frame_index)
     return march.march(g.view_z.array, field, (n.x, n.y, n.z), accumulator, switches, scalars, g.types)

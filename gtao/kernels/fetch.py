@@ -8,7 +8,7 @@ projection; theory, eq. (30)) and is therefore exact on planes; a cell of four t
 
 import drjit as dr
 
-__all__ = ["EDGE_STEP", "affine_field", "linear", "nearest"]
+__all__ = ["EDGE_STEP", "affine_field", "linear", "nearest", "nearest_of_four"]
 
 #: A step between neighbours that lies outside the slopes on its two sides by more than this many pixel footprints is
 #: a depth edge. Inside them it is a surface, smooth or creased: where two planes meet between two texels, the step is
@@ -34,6 +34,20 @@ def nearest(buffer, x, y, width, height, types):
     """Texel of ``buffer`` nearest to (x, y), and that texel's coordinates as floats. The point must lie inside."""
     x, y = dr.round(x), dr.round(y)
     return dr.gather(types.Float, buffer, _index(x, y, width, height, types)), x, y
+
+
+def nearest_of_four(buffer, x, y, width, height, types):
+    """Least of the four texels of ``buffer`` whose centres surround (x, y); the point must lie inside.
+
+    A point on a texel's centre has that texel and its successors in x and y around it.
+    """
+    x0, y0 = dr.floor(x), dr.floor(y)
+    x1, y1 = dr.select(x0 + 1 < width, x0 + 1, x0), dr.select(y0 + 1 < height, y0 + 1, y0)
+    least = None
+    for tx, ty in ((x0, y0), (x1, y0), (x0, y1), (x1, y1)):
+        z = dr.gather(types.Float, buffer, _index(tx, ty, width, height, types))
+        least = z if least is None else dr.select(z < least, z, least)
+    return least
 
 
 def affine_field(view_z, width, height, footprint, orthographic, types):

@@ -14,12 +14,9 @@ from typing import Any
 
 import drjit as dr
 
-from . import fetch, hbao, horizon, noise, reach, slices
+from . import hbao, horizon, noise, reach, slices, steps, taps
 
-__all__ = ["MAX_UNROLLED_STEPS", "Pixel", "Sample", "Scalars", "Slice", "Switches", "march"]
-
-# Beyond this many steps per side the step loop becomes symbolic too, in blocks of at most this many.
-MAX_UNROLLED_STEPS = 32
+__all__ = ["Pixel", "Sample", "Scalars", "Slice", "Switches", "march"]
 
 
 @dataclass(frozen=True)
@@ -32,11 +29,15 @@ class Switches:
     n_slices: int
     n_steps: int
     slice_measure: str
+    slice_angles: tuple[float, ...] | None
     zenith: str
     fetch: str
     snap_to_texel: bool
     noise: str
     step_exponent: float
+    step_law: str
+    step_jitter: str
+    border: str
     unlimited: bool  # the radius is infinite
     clamp_px: bool
     pulled: bool  # the shaded point is moved toward the viewer
@@ -44,7 +45,12 @@ class Switches:
     @property
     def differentiable(self) -> bool:
         """Whether reverse mode is exact: a symbolic loop over a running maximum has no adjoint."""
-        return _block(self.n_steps) == self.n_steps
+        return steps.block_length(self.n_steps) == self.n_steps
+
+    @property
+    def leaves_frame(self) -> bool:
+        """Whether a sample may lie off the frame, or off the part of it that the search was shortened to."""
+        return self.border != "shorten" or self.step_law != "strata"
 
 
 @dataclass(frozen=True)
@@ -101,6 +107,7 @@ class Sample:
     d2: Any
     dV: Any
     c: Any  # NaN for the background, which is infinitely far: it compares false
+    j: Any  # number of the step
     x: Any
     y: Any
     X: Any
@@ -108,25 +115,13 @@ class Sample:
     z: Any
 
 
-def _power(t, exponent):
-    if exponent == 1:
-        return t
-    if exponent == 2:
-        return t * t
-    return t**exponent
-
-
-def _block(n_steps):
-    """Largest divisor of the step count that is worth unrolling."""
-    return max(k for k in range(1, min(n_steps, MAX_UNROLLED_STEPS) + 1) if n_steps % k == 0)
-
-
 def march(view_z, field, normal, accumulator, k: Switches, s: Scalars, types):
     """The mean over slices of what ``accumulator`` makes of each, 1 on the background.
 
     Args:
         view_z: flat depth along the optical axis, inf on the background.
-        field: what :func:`gtao.kernels.fetch.affine_field` made, read only by the "linear" fetch.
+        field: the buffer that samples are read from: ``view_z`` too, or what
+            :func:`gtao.kernels.fetch.affine_field` made for the fetches that interpolate.
         normal: three flat arrays, unit normals in the view frame.
         accumulator: see the module's text.
         k, s: switches and scalars.
@@ -137,38 +132,36 @@ def march(view_z, field, normal, accumulator, k: Switches, s: Scalars, types):
     yi = index // k.width
     xi = index - yi * k.width
     surface = dr.isfinite(view_z)
-    z = dr.select(surface, view_z, 1)
+    x, y = Float(xi), Float(yi)
+    z = dr.select(surface, taps.centre_depth(view_z, x, y, k, types), 1)
     if k.pulled:
         z = z * s.pull
-    pixel, n, facing = _pixel(Float(xi), Float(yi), z, normal, k, s, Float)
-    x, y, P = pixel.x, pixel.y, pixel.P
+    pixel, n, facing = _pixel(x, y, z, normal, k, s, Float)
+    P = pixel.P
     slice_frame = slices.frame(k.slice_measure, pixel.V, n, pixel.nV)
     rotation, offset = noise.pattern(k.noise, xi, yi, s.frame_rotation, s.frame_offset, s.key, Float)
     m = None if k.unlimited else reach.sphere_extent(k, s.radius, z, pixel.p)
 
-    def sample(px, py):
-        if k.fetch == "linear":
-            zs, px, py = fetch.linear(field, px, py, k.width, k.height, k.orthographic, types)
-        else:
-            zs, tx, ty = fetch.nearest(view_z, px, py, k.width, k.height, types)
-            if k.snap_to_texel:
-                px, py = tx, ty
+    def sample(px, py, j):
+        zs, px, py = taps.read(field, px, py, k, types)
         X, Y = dr.fma(px, s.ax, s.bx), dr.fma(py, s.ay, s.by)
         if k.orthographic:
             D = (X - P[0], Y - P[1], z - zs)
         else:
             D = (dr.fma(X, zs, -P[0]), dr.fma(Y, zs, -P[1]), z - zs)
         c, d2, dV = horizon.cosine(D, pixel.V)
-        return Sample(D, d2, dV, c, px, py, X, Y, zs)
+        return Sample(D, d2, dV, c, j, px, py, X, Y, zs)
 
     def block(first, n, direction, sides, sl, state):
-        """``n`` unrolled steps on both sides, spaced as in theory, eq. (24)."""
-        (dx, dy), (side0, side1) = direction, sides
-        for j in range(n):
-            t = _power((sl.offset + (first + j)) * (1 / k.n_steps), k.step_exponent)
-            d0, d1 = dr.fma(t, side0.span, side0.base), dr.fma(t, side1.span, side1.base)
-            state = accumulator.add(state, 0, sample(dr.fma(-dx, d0, x), dr.fma(-dy, d0, y)), sl)
-            state = accumulator.add(state, 1, sample(dr.fma(dx, d1, x), dr.fma(dy, d1, y)), sl)
+        """``n`` unrolled steps on both sides."""
+        dx, dy = direction
+        for j in (first + i for i in range(n)):
+            xi = steps.jitter(k.step_jitter, sl.offset, j, k.n_steps)
+            d0, d1 = (
+                steps.distance(k.step_law, j, xi, k.n_steps, k.step_exponent, side.least, side.reach) for side in sides
+            )
+            state = accumulator.add(state, 0, sample(dr.fma(-dx, d0, x), dr.fma(-dy, d0, y), j), sl)
+            state = accumulator.add(state, 1, sample(dr.fma(dx, d1, x), dr.fma(dy, d1, y), j), sl)
         return state
 
     def slice_value(c, q, off):
@@ -184,10 +177,10 @@ def march(view_z, field, normal, accumulator, k: Switches, s: Scalars, types):
         rcp = dr.rsqrt(length2)
         direction = ux * rcp, uy * rcp
         lengths = reach.reaches(k, s, slice_frame, m, (c, q), length2 * rcp, direction, x, y)
-        sides = tuple(reach.Side.of(length, s.min_step_px) for length in lengths)
+        sides = tuple(reach.Side.of(length, s.min_step_px, k.step_law) for length in lengths)
         sl = Slice(pixel, pixel.nV, nT, start, tuple(side.inside for side in sides), off)
         state = accumulator.begin(sl)
-        n_block = _block(k.n_steps)
+        n_block = steps.block_length(k.n_steps)
         if n_block == k.n_steps:
             state = block(0, n_block, direction, sides, sl, state)
         else:
@@ -200,9 +193,11 @@ def march(view_z, field, normal, accumulator, k: Switches, s: Scalars, types):
 
     q, c = dr.sincos(rotation * (math.pi / k.n_slices))
     turn_c, turn_q = math.cos(math.pi / k.n_slices), math.sin(math.pi / k.n_slices)
-    stagger = 0 if k.noise == "none" else noise.GOLDEN
+    stagger = 0 if k.step_jitter == "pixel" or (k.noise == "none" and k.step_jitter == "slice") else noise.GOLDEN
 
     def body(i, total, c, q, off):
+        if k.slice_angles is not None:
+            q, c = dr.sincos((rotation + slices.listed(k.slice_angles, i, Float)) * math.pi)
         total = total + slice_value(c, q, off)
         off = noise.frac(off + stagger) if stagger else off
         return i + 1, total, dr.fma(c, turn_c, -q * turn_q), dr.fma(c, turn_q, q * turn_c), off

@@ -12,7 +12,7 @@ from typing import Any
 
 import drjit as dr
 
-__all__ = ["ScreenFrame", "SliceFrame", "clamped_arc", "clamped_start", "frame", "minimal_rotation"]
+__all__ = ["ScreenFrame", "SliceFrame", "clamped_arc", "clamped_start", "frame", "listed", "minimal_rotation"]
 
 
 @dataclass(frozen=True)
@@ -75,15 +75,21 @@ class ScreenFrame:
     """The published measure: directions uniform in the image, tangent = their projection orthogonal to V.
 
     Slices lack the weight of theory, eq. (20); the bias of an open surface is eq. (21).
+
+    Attributes:
+        normalised: False projects the normal along ``cross(direction, V)`` as it is, no unit vector off the optical
+            axis. What is left of the normal then leans out of the slice, and the angle γ of the listing, an arc
+            cosine of ⟨N, V⟩ over its length, is too large (theory, eq. (64)).
     """
 
     V: tuple[Any, Any, Any]
     n: tuple[Any, Any, Any]
     nV: Any
+    normalised: bool = True
 
     @classmethod
-    def at(cls, V, n, nV):
-        return cls(V, n, nV)
+    def at(cls, V, n, nV, normalised=True):
+        return cls(V, n, nV, normalised)
 
     def tangent(self, c, s):
         """Unit tangent of image direction (c, s); the published listings forget to normalise it."""
@@ -97,6 +103,10 @@ class ScreenFrame:
     def normal_and_direction(self, c, s):
         d = self._d(c, s)
         nT = dr.fma(-d, self.nV, dr.fma(c, self.n[0], s * self.n[1])) * dr.rsqrt(dr.fma(-d, d, 1))
+        if not self.normalised:
+            across2 = 1 - dr.fma(nT, nT, self.nV * self.nV)
+            across = dr.select(across2 > 0, across2, 0) * (d * d) * (d * d)
+            nT = dr.copysign(dr.sqrt(dr.fma(nT, nT, across)), nT)
         return nT, c, s
 
     def jacobian(self, c, s):
@@ -113,8 +123,16 @@ class ScreenFrame:
 
 
 def frame(measure, V, n, nV):
-    """The frame of slice measure "view" or "screen"."""
-    return SliceFrame.at(V, n) if measure == "view" else ScreenFrame.at(V, n, nV)
+    """The frame of slice measure "view", "screen" or "screen_unnormalised"."""
+    return SliceFrame.at(V, n) if measure == "view" else ScreenFrame.at(V, n, nV, measure == "screen")
+
+
+def listed(values, i, Float):
+    """Element ``i`` of a short tuple of numbers."""
+    chosen = Float(values[0])
+    for number, value in enumerate(values[1:], start=1):
+        chosen = dr.select(i == number, value, chosen)
+    return chosen
 
 
 def clamped_start(nV, nT, relief=0.0):
