@@ -9,7 +9,7 @@ from typing import Any
 from .bitmask import VisibilityBitmask
 from .codec import from_dict, register
 from .deviations import Deviation, deviations, faithful
-from .falloff import LinearFalloff, NoCut, QuadraticFalloff, SampleCut
+from .falloff import IndexFalloff, LinearFalloff, NoCut, QuadraticFalloff, SampleCut
 from .gtao import GTAO
 from .hbao import HBAO
 from .named import NAMED, NamedMethod, named, with_budget
@@ -24,6 +24,7 @@ __all__ = [
     "ConstantThickness",
     "DepthCut",
     "Deviation",
+    "IndexFalloff",
     "LinearFalloff",
     "LinearThickness",
     "MeasuredThickness",
@@ -43,7 +44,7 @@ __all__ = [
 ]
 
 register(GTAO, HBAO, VisibilityBitmask, Pipeline)
-register(LinearFalloff, QuadraticFalloff, SampleCut, NoCut)
+register(LinearFalloff, QuadraticFalloff, IndexFalloff, SampleCut, NoCut)
 register(RunningThickness, DepthCut, ConstantThickness, LinearThickness, MeasuredThickness)
 
 

@@ -5,11 +5,11 @@ from typing import Literal
 
 from gtao.errors import ConfigError
 
-from ._checks import check_choice, check_number, check_positive
+from ._checks import check_choice, check_number, check_positive, check_share
 
-__all__ = ["Falloff", "LinearFalloff", "NoCut", "QuadraticFalloff", "SampleCut"]
+__all__ = ["Falloff", "IndexFalloff", "LinearFalloff", "NoCut", "QuadraticFalloff", "SampleCut"]
 
-Toward = Literal["tangent", "nadir"]
+Toward = Literal["tangent", "nadir", "horizon"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,7 +22,8 @@ class LinearFalloff:
     Args:
         start: distance in scene units up to which a sample counts in full.
         end: distance from which it no longer counts.
-        toward: cosine at weight 0: that of the "tangent" plane, or -1, straight away from the viewer ("nadir").
+        toward: cosine at weight 0: that of the "tangent" plane; -1, straight away from the viewer ("nadir"); or the
+            "horizon" of the samples before, which a sample above it raises by the share w only (theory, eq. (65)).
     """
 
     start: float
@@ -59,6 +60,22 @@ class QuadraticFalloff:
 
 
 @dataclass(frozen=True, kw_only=True)
+class IndexFalloff:
+    """Attenuation by the number of the step, whatever its distance; the horizon rises by the share of the weight.
+
+    The weight of step j = 0, 1, … is 1 + strength · (2/(j + 2) - 1): 1, 2/3, 1/2, … at strength 1.
+
+    Args:
+        strength: share in [0, 1].
+    """
+
+    strength: float = 1.0
+
+    def __post_init__(self) -> None:
+        check_share("falloff strength", self.strength)
+
+
+@dataclass(frozen=True, kw_only=True)
 class SampleCut:
     """A sample farther than ``end`` (scene units) is ignored, a nearer one counts in full.
 
@@ -76,4 +93,4 @@ class NoCut:
     """Every sample on the marched segment counts in full, however far it is in depth: halos around foreground."""
 
 
-Falloff = LinearFalloff | QuadraticFalloff | SampleCut | NoCut
+Falloff = LinearFalloff | QuadraticFalloff | IndexFalloff | SampleCut | NoCut

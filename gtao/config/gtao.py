@@ -6,14 +6,15 @@ from typing import Any, Literal
 
 from gtao.errors import ConfigError
 
-from ._checks import check_choice, check_count, check_instance, check_positive, check_share
-from .falloff import Falloff, LinearFalloff, NoCut, QuadraticFalloff, SampleCut
-from .slices import SliceMethod, with_slice_arguments
+from ._checks import check_choice, check_count, check_flag, check_instance, check_positive, check_share
+from .falloff import Falloff, IndexFalloff, LinearFalloff, NoCut, QuadraticFalloff, SampleCut
+from .slices import Arccosine, SliceMethod, with_slice_arguments
 from .thickness import DepthCut, RunningThickness
 
 __all__ = ["GTAO", "Weighting"]
 
 Weighting = Literal["cosine", "uniform"]
+HorizonStart = Literal["nadir", "tangent"]
 
 
 @with_slice_arguments
@@ -28,13 +29,19 @@ class GTAO(SliceMethod):
         weighting: "cosine" (diffuse visibility; theory, eq. (1)) or "uniform" (share of the open solid angle of the
             hemisphere; eq. (2)).
         falloff: attenuation in place of the sharp cut at the radius: :class:`gtao.LinearFalloff`,
-            :class:`gtao.QuadraticFalloff`, :class:`gtao.SampleCut` or :class:`gtao.NoCut`. Its end must not exceed
-            the search radius.
+            :class:`gtao.QuadraticFalloff`, :class:`gtao.IndexFalloff`, :class:`gtao.SampleCut` or
+            :class:`gtao.NoCut`. Its end must not exceed the radius and the search radius.
+        horizon_start: horizon before the first sample: -1 ("nadir"), or the "tangent" plane. It matters only where
+            samples move the horizon by a share, that is with a falloff toward the horizon or a running thickness.
         thickness: heuristic for thin occluders: :class:`gtao.RunningThickness` or :class:`gtao.DepthCut`. It needs a
             falloff, because the exact cut already says how far behind a sample matter is solid.
         thin_occluder_compensation: the falloff measures distances with depth stretched by 1 plus this.
         length_blend: share in [0, 1] by which the length of the projected normal is moved to 1. XeGTAO takes 5 %,
             shaders that leave the length out take all.
+        arccosine: "exact", or what shaders compute instead: one of two terms, or the same with the square root made
+            of the bits of its argument (:func:`gtao.kernels.arcs.fast_acos`). Cosine weighting only.
+        small_radius_fade: where the search is shorter than ten pixels the slices' sum grows with what is lacking, by
+            0.05 at most, as in XeGTAO.
         power: the result is raised to this power, which has no physical meaning; 1 leaves it alone.
         floor: smallest result, in [0, 1].
 
@@ -45,9 +52,12 @@ class GTAO(SliceMethod):
     n_slices: int = 4
     weighting: Weighting = "cosine"
     falloff: Falloff | None = None
+    horizon_start: HorizonStart = "nadir"
     thickness: RunningThickness | DepthCut | None = None
     thin_occluder_compensation: float = 0.0
     length_blend: float = 0.0
+    arccosine: Arccosine = "exact"
+    small_radius_fade: bool = False
     power: float = 1.0
     floor: float = 0.0
 
@@ -55,12 +65,17 @@ class GTAO(SliceMethod):
         super().__post_init__()
         check_count("n_slices", self.n_slices, 1, 1024)
         check_choice("weighting", self.weighting, Weighting)
-        check_instance("falloff", self.falloff, (LinearFalloff, QuadraticFalloff, SampleCut, NoCut))
+        check_instance("falloff", self.falloff, (LinearFalloff, QuadraticFalloff, IndexFalloff, SampleCut, NoCut))
         self._check_falloff(self.falloff)
         check_instance("thickness", self.thickness, (RunningThickness, DepthCut))
         self._check_exact_cut()
         check_share("thin_occluder_compensation", self.thin_occluder_compensation, high=10.0)
+        check_choice("horizon_start", self.horizon_start, HorizonStart)
         check_share("length_blend", self.length_blend)
+        check_choice("arccosine", self.arccosine, Arccosine)
+        if self.arccosine != "exact" and self.weighting == "uniform":
+            raise ConfigError("uniform weighting needs no arc cosine; leave arccosine at 'exact'")
+        check_flag("small_radius_fade", self.small_radius_fade)
         check_positive("power", self.power)
         check_share("floor", self.floor)
 

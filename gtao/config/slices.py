@@ -10,6 +10,7 @@ from ._checks import check_choice, check_count, check_flag, check_number, check_
 from .codec import to_dict
 
 __all__ = [
+    "Arccosine",
     "Border",
     "Fetch",
     "Noise",
@@ -26,6 +27,7 @@ Fetch = Literal["nearest", "linear", "bilinear", "floor", "nearest_of_four"]
 StepLaw = Literal["strata", "offset", "at_least", "whole", "beyond"]
 StepJitter = Literal["slice", "step", "pixel"]
 Border = Literal["shorten", "replicate", "clamp"]
+Arccosine = Literal["exact", "two_term", "bit_trick"]
 Noise = Literal["none", "spatial_4x4", "interleaved_gradient", "white"]
 Zenith = Literal["view", "optical_axis"]
 

@@ -3,9 +3,12 @@
 import math
 from typing import Any
 
-from gtao.config import GTAO, DepthCut, LinearFalloff, QuadraticFalloff, RunningThickness, SampleCut
+import drjit as dr
+
+from gtao.config import GTAO, DepthCut, IndexFalloff, LinearFalloff, QuadraticFalloff, RunningThickness, SampleCut
 from gtao.gbuffer import GBuffer
 from gtao.kernels.accumulators import Horizon, SphereCut
+from gtao.kernels.shaping import small_radius_fade
 
 from .marching import march_frame, opaque
 
@@ -17,7 +20,15 @@ def horizon_visibility(g: GBuffer, method: GTAO, frame_index: int):
     radius = min(method.search_radius, getattr(method.falloff, "end", math.inf))
     exact = method.falloff is None and not math.isinf(radius)
     accumulator = _sphere_cut(g, method, radius) if exact else _horizon(g, method)
-    return march_frame(g, method, accumulator, radius, frame_index)
+    flat = march_frame(g, method, accumulator, radius, frame_index)
+    return _faded(g, method, flat) if method.small_radius_fade else flat
+
+
+def _faded(g: GBuffer, method: GTAO, flat):
+    z = dr.select(g.mask.array, g.view_z.array, 1)
+    scale = opaque(g, method.search_radius * g.camera.fx)
+    radius_px = scale if g.camera.is_orthographic else scale / z
+    return dr.select(g.mask.array, flat + small_radius_fade(radius_px, method.n_slices), flat)
 
 
 def _sphere_cut(g: GBuffer, method: GTAO, radius: float) -> SphereCut:
@@ -25,6 +36,7 @@ def _sphere_cut(g: GBuffer, method: GTAO, radius: float) -> SphereCut:
         weighting=method.weighting,
         orthographic=g.camera.is_orthographic,
         blended=method.length_blend > 0,
+        arccosine=method.arccosine,
         radius=opaque(g, radius),
         ax=opaque(g, 1 / g.camera.fx),
         ay=opaque(g, -1 / g.camera.fy),
@@ -40,8 +52,13 @@ def _horizon(g: GBuffer, method: GTAO) -> Horizon:
         offset = -scale * falloff.end
     elif isinstance(falloff, QuadraticFalloff):
         kind, scale, offset = "quadratic", -falloff.strength / falloff.end**2, 1.0
+    elif isinstance(falloff, IndexFalloff):
+        kind, scale = "index", falloff.strength
     elif isinstance(falloff, SampleCut):
         kind = "sample"
+    toward = "horizon" if kind == "index" else getattr(falloff, "toward", "tangent")
+    # Horizons that only rise, each time to the sample's own cosine, come out the same from either start.
+    moved = toward == "horizon" or isinstance(thickness, RunningThickness)
     models: dict[type, str] = {RunningThickness: "running", DepthCut: "depth_cut"}
     values: dict[str, Any] = {
         "scale": scale,
@@ -55,9 +72,12 @@ def _horizon(g: GBuffer, method: GTAO) -> Horizon:
     return Horizon(
         weighting=method.weighting,
         falloff=kind,
-        toward=getattr(falloff, "toward", "tangent"),
+        toward=toward,
+        from_tangent=method.horizon_start == "tangent" or not moved,
         thickness=models.get(type(thickness), "none"),
         stretched=method.thin_occluder_compensation > 0,
         blended=method.length_blend > 0,
+        arccosine=method.arccosine,
+        orthographic=g.camera.is_orthographic,
         **{name: opaque(g, value) for name, value in values.items()},
     )

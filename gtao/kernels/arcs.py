@@ -9,7 +9,16 @@ import math
 
 import drjit as dr
 
-__all__ = ["acos", "cosine_arc", "cosine_arc_signed", "full_slice", "uniform_arc", "uniform_arc_signed"]
+__all__ = [
+    "acos",
+    "cosine_arc",
+    "cosine_arc_from_angles",
+    "cosine_arc_signed",
+    "fast_acos",
+    "full_slice",
+    "uniform_arc",
+    "uniform_arc_signed",
+]
 
 # Minimax polynomial of arccos(x)/sqrt(1-x) on [0, 1], Abramowitz & Stegun 4.4.46: |error| <= 2e-8, below float32's
 # own rounding, and half the instructions of the exact function.
@@ -36,6 +45,43 @@ def acos(x):
     below = 1 - a
     p = p * dr.sqrt(dr.select(below > 0, below, 0))
     return dr.select(x < 0, math.pi - p, p)
+
+
+def _sqrt_of_bits(x):
+    """√x for x >= 0 with an error of -2.2 % to 4.5 %: half the exponent, by a shift of the number's bits."""
+    Float32 = dr.float32_array_t(type(x))
+    UInt = dr.uint32_array_t(Float32)
+    bits = (dr.reinterpret_array(UInt, dr.detach(Float32(x))) >> 1) + 0x1FBD1DF5
+    return dr.replace_grad(type(x)(dr.reinterpret_array(Float32, bits)), dr.sqrt(x))
+
+
+def fast_acos(x, kind):
+    """What shaders compute for arccos (theory, eq. (66)).
+
+    Args:
+        x: in [-1, 1].
+        kind: "exact"; "two_term", (π/2 - 0.156583 |x|) √(1 - |x|), error up to 0.009; or "bit_trick", the same with
+            the square root taken from the bits of a float32, error up to 0.055. Its derivative is that of "two_term".
+    """
+    if kind == "exact":
+        return acos(x)
+    a = abs(x)
+    below = dr.select(a < 1, 1 - a, 0)
+    root = _sqrt_of_bits(below) if kind == "bit_trick" else dr.sqrt(below)
+    p = dr.fma(-0.156583, a, math.pi / 2) * root
+    return dr.select(x < 0, math.pi - p, p)
+
+
+def cosine_arc_from_angles(nV, nT, gamma, h0, h1):
+    """|n_p| â as engines write it, from angles that may be approximate: theory, eq. (67).
+
+    ¼ |n_p| Σ (cos γ + 2 h sin γ - cos(2h - γ)) over the signed horizons, with the exact cosine n_V / |n_p| in the
+    first term. With exact angles it is :func:`cosine_arc`.
+    """
+    length = dr.sqrt(dr.fma(nV, nV, nT * nT))
+    sine = dr.sin(gamma)
+    each = [dr.fma(2 * h, sine, -dr.cos(2 * h - gamma)) for h in (h0, h1)]
+    return 0.25 * dr.fma(length, each[0] + each[1], 2 * nV)
 
 
 def cosine_arc(nV, nT, c0, c1):

@@ -2,7 +2,7 @@
 
 import drjit as dr
 
-__all__ = ["apart_squared", "attenuate", "cosine", "cut_at_sphere", "weight"]
+__all__ = ["apart_squared", "attenuate", "background_cosine", "cosine", "cut_at_sphere", "index_weight", "weight"]
 
 
 def cosine(D, V):
@@ -20,6 +20,22 @@ def weight(distance2, scale, offset, *, squared=False):
     """
     w = dr.fma(distance2 if squared else dr.sqrt(distance2), scale, offset)
     return dr.select(w > 0, dr.select(w < 1, w, 1), 0)
+
+
+def index_weight(j, strength):
+    """How much the sample of step ``j`` counts where steps, not distances, are attenuated: 1, 2/3, 1/2, 2/5, …
+
+    Args:
+        strength: share by which 1 is moved to 2/(j + 2).
+    """
+    return dr.fma(strength, 2 / (j + 2) - 1, 1)
+
+
+def background_cosine(X, Y, V, orthographic):
+    """⟨ω, V⟩ of the background at the image point (X, Y): the direction of its eye ray, where samples tend to."""
+    if orthographic:
+        return -V[2]
+    return (dr.fma(X, V[0], Y * V[1]) - V[2]) * dr.rsqrt(dr.fma(X, X, dr.fma(Y, Y, 1)))
 
 
 def attenuate(c, low, w):

@@ -2,7 +2,13 @@
 
 import drjit as dr
 
-__all__ = ["shape"]
+__all__ = ["shape", "small_radius_fade"]
+
+
+def small_radius_fade(radius_px, n_slices):
+    """What XeGTAO adds where the search is short, ½ clamp((10 - radius_px)/100, 0, 1) to the sum of the slices."""
+    lacking = (10 - radius_px) * 0.01
+    return dr.select(lacking > 0, dr.select(lacking < 1, lacking, 1), 0) * (0.5 / n_slices)
 
 
 def shape(visibility, exponent, floor):

@@ -7,7 +7,7 @@ import drjit as dr
 
 from gtao.kernels import horizon, thickness
 
-from ._arc import blended_length, open_arc
+from ._arc import blended_length, normal_angle, open_arc
 
 __all__ = ["Horizon"]
 
@@ -18,12 +18,17 @@ class Horizon:
 
     Attributes:
         weighting: "cosine" or "uniform".
-        falloff: "none", "linear", "quadratic" or "sample" (a hard cut of samples at ``reach``).
-        toward: cosine at weight 0, "tangent" or "nadir".
+        falloff: "none", "linear", "quadratic", "index" (by the number of the step) or "sample" (a hard cut of samples
+            at ``reach``).
+        toward: cosine at weight 0, "tangent", "nadir" or the "horizon" before the sample.
+        from_tangent: whether the search starts from the tangent plane, else from -1.
         thickness: "none", "running" or "depth_cut".
         stretched: whether distances are measured with depth stretched by ``stretch``.
         blended: whether the projected normal's length is moved to 1 by ``blend``.
-        scale, offset: weight = scale d + offset (linear) or scale d² + offset (quadratic), clamped to [0, 1].
+        arccosine: how angles are found, see :func:`gtao.kernels.arcs.fast_acos`.
+        orthographic: whether the projection is parallel.
+        scale, offset: weight = scale d + offset (linear) or scale d² + offset (quadratic), clamped to [0, 1]; ``scale``
+            is the strength of the falloff by index.
         reach: distance beyond which samples are ignored.
         tau: share of the running thickness.
         depth: limit of the depth cut.
@@ -32,9 +37,12 @@ class Horizon:
     weighting: str
     falloff: str
     toward: str
+    from_tangent: bool
     thickness: str
     stretched: bool
     blended: bool
+    arccosine: str
+    orthographic: bool
     scale: Any
     offset: Any
     reach: Any
@@ -43,39 +51,62 @@ class Horizon:
     stretch: Any
     blend: Any
 
+    @property
+    def _clamped(self):
+        """Whether horizons may end below the tangent plane, so that they are clamped at the end."""
+        return self.thickness == "running" or not self.from_tangent
+
     def begin(self, sl):
-        if self.thickness == "running":
-            # A horizon that may sink starts from the bottom; it is clamped to the hemisphere at the end.
-            lowest = type(sl.nT)(-1)
-            return lowest, lowest
-        return sl.start
+        if self.from_tangent:
+            return self._tangent(sl)
+        lowest = type(sl.nT)(-1)
+        return lowest, lowest
 
     def add(self, state, side, sample, sl):
         best, c = state[side], sample.c
         d2 = sample.d2
+        if self.thickness == "running":
+            # The background lies below most horizons, and a horizon sinks toward what lies below it.
+            far = horizon.background_cosine(sample.X, sample.Y, sl.pixel.V, self.orthographic)
+            c = dr.select(c == c, c, far)
         if self.stretched:
             Dx, Dy, Dz = sample.D
             Dz = Dz * self.stretch
             d2 = dr.fma(Dx, Dx, dr.fma(Dy, Dy, Dz * Dz))
+        w = 1
         if self.falloff in ("linear", "quadratic"):
-            low = sl.start[side] if self.toward == "tangent" else -1
             w = horizon.weight(d2, self.scale, self.offset, squared=self.falloff == "quadratic")
-            c = horizon.attenuate(c, low, w)
+        elif self.falloff == "index":
+            w = horizon.index_weight(sample.j, self.scale)
         elif self.falloff == "sample":
             c = dr.select(d2 <= self.reach * self.reach, c, -1)
         if self.thickness == "depth_cut":
             c = dr.select(abs(sample.D[2]) < self.depth, c, -1)
-        if self.thickness == "running":
-            best = dr.select(c == c, thickness.running(c, best, self.tau), best)
+        if self.toward == "horizon":
+            best = self._raised(best, c, w)
         else:
-            best = dr.select(c > best, c, best)
+            if self.falloff in ("linear", "quadratic"):
+                c = horizon.attenuate(c, self._tangent(sl)[side] if self.toward == "tangent" else -1, w)
+            best = thickness.running(c, best, self.tau) if self.thickness == "running" else dr.select(c > best, c, best)
         return (best, state[1]) if side == 0 else (state[0], best)
+
+    def _raised(self, best, c, w):
+        """The horizon after a sample that moves it by the share w only: theory, eq. (65)."""
+        sunk = dr.fma(self.tau, c - best, best) if self.thickness == "running" else best
+        return dr.select(c > best, dr.fma(w, c - best, best), sunk)
+
+    def _tangent(self, sl):
+        """Cosines of the tangent plane on both sides, with the normal's angle as approximate as the others."""
+        if self.arccosine == "exact":
+            return sl.start
+        sine = dr.sin(normal_angle(sl.nV, sl.nT, self.arccosine))
+        return sine, -sine
 
     def finish(self, state, sl):
         seen = []
-        for c, start, inside in zip(state, sl.start, sl.inside, strict=True):
-            if self.thickness == "running":
-                inside = inside & (c > start)
+        for c, start, inside in zip(state, self._tangent(sl), sl.inside, strict=True):
+            if self._clamped and self.arccosine == "exact":
+                c = dr.select(c > start, c, start)
             seen.append(dr.select(inside, c, start))
-        value = open_arc(self.weighting, sl.nV, sl.nT, *seen)
+        value = open_arc(self.weighting, sl.nV, sl.nT, *seen, self.arccosine, clamped=self._clamped)
         return blended_length(value, sl, self.blend) if self.blended else value

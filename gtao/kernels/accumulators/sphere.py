@@ -28,6 +28,7 @@ class SphereCut:
     weighting: str
     orthographic: bool
     blended: bool
+    arccosine: str
     radius: Any
     ax: Any
     ay: Any
@@ -49,9 +50,10 @@ class SphereCut:
 
     def finish(self, state, sl):
         (c0, end0), (c1, end1) = (self._seen(*of_side) for of_side in zip(state, sl.start, sl.inside, strict=True))
-        value = open_arc(self.weighting, sl.nV, sl.nT, c0, c1)
-        value = value + open_arc(self.weighting, sl.nV, sl.nT, *sl.start)
-        value = value - open_arc(self.weighting, sl.nV, sl.nT, end0, end1)
+        arc = (self.weighting, sl.nV, sl.nT)
+        value = open_arc(*arc, c0, c1, self.arccosine)
+        value = value + open_arc(*arc, *sl.start, self.arccosine)
+        value = value - open_arc(*arc, end0, end1, self.arccosine)
         return blended_length(value, sl, self.blend) if self.blended else value
 
     def _seen(self, state, start, inside):
