@@ -2,7 +2,7 @@
 
 from .comparison import Comparison, MethodResult, SceneComparison
 from .comparison_images import comparison_images, error_budget_maps, signed_error_maps
-from .comparison_report import compare_report
+from .comparison_report import compare_figures, compare_report
 from .error_bars import deviation_bars, error_budget_bar
 from .error_curves import error_against_samples, error_against_time, stratified_errors
 from .fits import coefficients, comparison, coverage, residuals, scatter
@@ -15,6 +15,7 @@ __all__ = [
     "MethodResult",
     "SceneComparison",
     "coefficients",
+    "compare_figures",
     "compare_report",
     "comparison",
     "comparison_images",

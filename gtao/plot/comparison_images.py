@@ -100,12 +100,13 @@ def signed_error_maps(
     return _maps(errors, limit, captions or {}, "estimate − truth")
 
 
-def error_budget_maps(budget: Any, *, limit: float | None = None) -> Figure:
+def error_budget_maps(budget: Any, *, limit: float | None = None, title: str = "") -> Figure:
     """Every step of an error budget as a map, and their sum, on one scale.
 
     Args:
         budget: A :class:`gtao.evaluate.ErrorBudget`.
         limit: Difference at the ends of the scale; the 99th percentile of all if left out.
+        title: Title above all maps.
 
     Returns:
         One map per step and, where there are several, the total, with root mean squares and means. What is called noise
@@ -120,11 +121,13 @@ def error_budget_maps(budget: Any, *, limit: float | None = None) -> Figure:
         name: f"RMS {np.sqrt(max(square, 0.0)):.4f}, mean {number(bias, '+.4f')}"
         for name, square, bias in zip(maps, squares, biases, strict=False)
     }
-    return _maps(maps, limit, captions, "step: after − before")
+    return _maps(maps, limit, captions, "step: after − before", title)
 
 
 @styled
-def _maps(errors: Mapping[str, np.ndarray], limit: float | None, captions: Mapping[str, str], label: str) -> Figure:
+def _maps(
+    errors: Mapping[str, np.ndarray], limit: float | None, captions: Mapping[str, str], label: str, title: str = ""
+) -> Figure:
     if not errors:
         raise ShapeError("there is no error map to draw; give at least one image")
     top = error_limit(errors) if limit is None else limit
@@ -133,8 +136,11 @@ def _maps(errors: Mapping[str, np.ndarray], limit: float | None, captions: Mappi
     inches = _HEIGHT * width / height
     titles = {name: textwrap.fill(name, max(round(inches * _LETTERS), 12)) for name in errors}
     lines = max(title.count("\n") + 1 for title in titles.values())
-    cell = _HEIGHT + 0.17 * lines + (0.17 if captions else 0.0)
-    figure = ShownFigure(figsize=(max(inches * columns, 4.0), cell * rows + 0.6), layout="constrained")
+    cell = _HEIGHT + 0.17 * lines + (0.2 if captions else 0.0) + 0.12
+    figure = ShownFigure(
+        figsize=(max(inches * columns, 4.0), cell * rows + 0.7 + 0.3 * bool(title)), layout="constrained"
+    )
+    figure.get_layout_engine().set(h_pad=0.06, hspace=0.04)  # pyright: ignore[reportOptionalMemberAccess]
     axes = np.asarray(figure.subplots(rows, columns, squeeze=False))
     image = None
     for axis, (name, error) in zip(hide_unused(axes, len(errors)), errors.items(), strict=True):
@@ -145,5 +151,6 @@ def _maps(errors: Mapping[str, np.ndarray], limit: float | None, captions: Mappi
         axis.spines[:].set_visible(False)
         axis.set_title(titles[name], color=INK)
         axis.set_xlabel(captions.get(name, ""), color=MUTED, fontsize=8, loc="left")
+    figure.suptitle(title, fontweight="bold")
     figure.colorbar(image, ax=axes, label=label, extend="both", location="bottom", aspect=45, shrink=0.7)
     return figure

@@ -35,7 +35,7 @@ def error_budget_bar(budgets: Mapping[str, Any], *, title: str = "Error budget")
         raise ShapeError("there is no error budget to draw; give at least one")
     names = list(dict.fromkeys(name for budget in budgets.values() for name in budget.names))
     colours = {name: style["color"] for name, style in method_styles(names).items()}
-    figure, grid = new_figure(1, 1, cell=(7.2, 1.5 + 0.42 * len(budgets) + 0.17 * -(-(len(names) + 2) // 3)))
+    figure, grid = new_figure(1, 1, cell=(6.4, 1.5 + 0.42 * len(budgets) + 0.17 * -(-(len(names) + 2) // 3)))
     axis = grid[0, 0]
     y = np.arange(len(budgets))[::-1]
     ends = []
@@ -91,7 +91,7 @@ def deviation_bars(deviations: Mapping[str, Sequence[tuple[str, float]]], *, lim
         raise ShapeError("there are no deviations to draw; give at least one renderer with one (name, RMSE) pair")
     rows = [len(steps) + (len(steps) > 1) for steps in deviations.values()]
     figure, grid = new_figure(
-        len(rows), 1, cell=(7.2, (0.6 * len(rows) + 0.3 * sum(rows)) / len(rows)), sharex=True, height_ratios=rows
+        len(rows), 1, cell=(6.4, (0.6 * len(rows) + 0.3 * sum(rows)) / len(rows)), sharex=True, height_ratios=rows
     )
     top = max(value for steps in deviations.values() for _, value in steps)
     for axis, (engine, steps) in zip(grid[:, 0], deviations.items(), strict=True):

@@ -15,6 +15,9 @@ from .style import BEHIND_TEXT, INK, MUTED, grid_shape, method_styles, new_figur
 
 __all__ = ["error_against_samples", "error_against_time", "stratified_errors"]
 
+#: Width of a figure in inches.
+_WIDTH = 6.4
+
 #: Numbers that tick labels of a logarithmic axis may show, per decade: many, some, one.
 _DECADES = (1, 1.5, 2, 3, 5, 7), (1, 2, 5), (1,)
 
@@ -49,7 +52,7 @@ def error_against_samples(
         x, y = np.array(sorted(points)).T
         axis.plot(x, y, label=label, markersize=5, **styles[label])
     _levels(axis, noise, limit)
-    figure.legend(loc="outside right upper")
+    figure.legend(loc="outside lower center", ncols=2)
     return figure
 
 
@@ -84,7 +87,7 @@ def error_against_time(
         x, y = values[np.argsort(values[:, 0])].T
         axis.plot(x, y, label=label, markersize=7, **styles[label])
     _levels(axis, noise, limit)
-    figure.legend(loc="outside right upper")
+    figure.legend(loc="outside lower center", ncols=2)
     return figure
 
 
@@ -149,7 +152,7 @@ def _log_axes(series: Mapping[str, Any], xlabel: str, title: str) -> tuple[Figur
     values = np.concatenate([np.asarray(v, dtype=float).reshape(-1, 2) for v in series.values()] or [np.zeros((0, 2))])
     if not len(values) or not np.all(np.isfinite(values) & (values > 0)):
         raise ShapeError(f"{title}: there must be at least one point, and all numbers positive and finite")
-    figure, grid = new_figure(1, 1, cell=(7.2, max(3.6, 0.9 + 0.19 * len(series))))
+    figure, grid = new_figure(1, 1, cell=(_WIDTH, 3.6 + 0.19 * -(-len(series) // 2)))
     axis = grid[0, 0]
     axis.set(xscale="log", yscale="log", xlabel=xlabel, ylabel="RMSE against the truth")
     axis.set_title(title)

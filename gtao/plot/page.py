@@ -1,8 +1,9 @@
 """The page around a report: layout and colours, light and dark."""
 
+import html
 from string import Template
 
-__all__ = ["PAGE"]
+__all__ = ["page"]
 
 _STYLE = """
 :root { --ink: #1d2329; --muted: #66707c; --paper: #fbfbfa; --card: #ffffff; --line: #e2e5e9; --blue: #0072b2;
@@ -17,6 +18,7 @@ h1 { font-size: 2rem; line-height: 1.2; margin: 0 0 .25rem; letter-spacing: -.01
 h2 { font-size: 1.25rem; margin: 2.75rem 0 .75rem; padding-bottom: .3rem; border-bottom: 1px solid var(--line); }
 h3 { font-size: 1rem; margin: 1.5rem 0 .5rem; }
 p { margin: .6rem 0; max-width: 46rem; }
+a { color: var(--blue); }
 .lead { color: var(--muted); margin: 0 0 1.25rem; }
 .tiles { display: grid; grid-template-columns: repeat(auto-fit, minmax(11rem, 1fr)); gap: .75rem; margin: 1rem 0; }
 .tile { background: var(--card); border: 1px solid var(--line); border-radius: .6rem; padding: .8rem 1rem; }
@@ -42,11 +44,27 @@ pre { margin: 0; padding: 0 1rem 1rem; overflow-x: auto; font-size: .8rem; line-
 @media print { details { display: none; } h2 { break-after: avoid; } figure { break-inside: avoid; } }
 """
 
-#: Fields: title, body. Both must be escaped already.
-PAGE = Template(
+_PAGE = Template(
     "<!doctype html>\n<html lang=en><head><meta charset=utf-8>"
     '<meta name=viewport content="width=device-width, initial-scale=1">'
     '<meta name=color-scheme content="light dark">'
-    f"<title>$title</title><style>{_STYLE}</style></head>\n"
-    "<body><main><h1>$title</h1>\n$body\n</main></body></html>\n"
+    f"<title>$title</title><style>{_STYLE}$style</style></head>\n"
+    "<body><main><h1>$title</h1>\n$body\n</main>$script</body></html>\n"
 )
+
+
+def page(title: str, body: str, *, style: str = "", script: str = "") -> str:
+    """A whole page.
+
+    Args:
+        title: Heading, as text.
+        body: What comes below it, as HTML.
+        style: Further rules.
+        script: JavaScript to run at the end.
+
+    Returns:
+        HTML.
+    """
+    return _PAGE.substitute(
+        title=html.escape(title), body=body, style=style, script=f"<script>{script}</script>" if script else ""
+    )

@@ -11,7 +11,7 @@ from gtao.data.multibounce import JIMENEZ2016
 from . import fits, tables
 from .fits import bounces_text
 from .markup import folded, html_table, image, json_block, paragraph, section, tiles
-from .page import PAGE
+from .page import page
 from .words import best_form, clusters_note, inside, noise_note, number, tail_note, verdict
 
 __all__ = ["refit_figures", "refit_report"]
@@ -99,7 +99,7 @@ def refit_report(
         section("What it misses, and where it is blind", _figure("residuals", figures), _figure("coverage", figures)),
         section("Settings and provenance", _settings(result), folded("Shader code", shader), json_block(record)),
     ]
-    return PAGE.substitute(title=html.escape(title), body="\n".join(sections))
+    return page(title, "\n".join(sections))
 
 
 def _headline(result: Any, table: Any, scenes: str) -> str:

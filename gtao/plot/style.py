@@ -51,7 +51,7 @@ DENSITY = LinearSegmentedColormap.from_list("gtao_density", ["#ffffff", "#c3cbd4
 SIGNED = LinearSegmentedColormap.from_list("gtao_signed", ["#054a91", "#6ba3d6", "#f7f7f7", "#e58a5b", "#8f2d06"])
 
 #: Box that keeps lines from running through a text.
-BEHIND_TEXT: dict[str, Any] = {"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 0.8}
+BEHIND_TEXT: dict[str, Any] = {"facecolor": "white", "alpha": 0.92, "edgecolor": "none", "pad": 0.8}
 
 _STYLE = {
     "figure.facecolor": "white",
