@@ -3,12 +3,13 @@
 from collections.abc import Callable
 from typing import Any
 
-from gtao.config import GTAO, HBAO
+from gtao.config import GTAO, HBAO, VisibilityBitmask
 from gtao.errors import ConfigError
 from gtao.gbuffer import GBuffer
 from gtao.kernels.shaping import shape
 from gtao.results import AmbientOcclusion
 
+from .bitmask import bitmask_visibility
 from .hbao import hbao_visibility
 from .horizons import horizon_visibility
 from .marching import opaque
@@ -16,7 +17,11 @@ from .marching import opaque
 __all__ = ["ambient_occlusion"]
 
 # What makes the flat visibility of each slice method.
-_SLICE_METHODS: dict[type, Callable[..., Any]] = {GTAO: horizon_visibility, HBAO: hbao_visibility}
+_SLICE_METHODS: dict[type, Callable[..., Any]] = {
+    GTAO: horizon_visibility,
+    HBAO: hbao_visibility,
+    VisibilityBitmask: bitmask_visibility,
+}
 
 
 def ambient_occlusion(g: GBuffer, method: Any = None, *, frame_index: int = 0) -> AmbientOcclusion:

@@ -89,14 +89,15 @@ class Pixel:
 
 @dataclass(frozen=True)
 class Slice:
-    """One slice of a pixel: the normal in it, the tangent plane's cosines, which sides have samples, its jitter."""
+    """One slice of a pixel: its number, the normal in it, the tangent plane's cosines, which sides have samples."""
 
     pixel: Pixel
+    index: Any
     nV: Any
     nT: Any
     start: tuple[Any, Any]
     inside: tuple[Any, Any]
-    offset: Any
+    offset: Any  # of its steps, in [0, 1)
 
 
 @dataclass(frozen=True)
@@ -164,8 +165,8 @@ def march(view_z, field, normal, accumulator, k: Switches, s: Scalars, types):
             state = accumulator.add(state, 1, sample(dr.fma(dx, d1, x), dr.fma(dy, d1, y), j), sl)
         return state
 
-    def slice_value(c, q, off):
-        """One slice at azimuth (cos, sin) = (c, q)."""
+    def slice_value(i, c, q, off):
+        """Slice ``i`` at azimuth (cos, sin) = (c, q)."""
         nT, ux, uy = slice_frame.normal_and_direction(c, q)
         start = slices.clamped_start(pixel.nV, nT)
         if facing is not None:
@@ -178,7 +179,7 @@ def march(view_z, field, normal, accumulator, k: Switches, s: Scalars, types):
         direction = ux * rcp, uy * rcp
         lengths = reach.reaches(k, s, slice_frame, m, (c, q), length2 * rcp, direction, x, y)
         sides = tuple(reach.Side.of(length, s.min_step_px, k.step_law) for length in lengths)
-        sl = Slice(pixel, pixel.nV, nT, start, tuple(side.inside for side in sides), off)
+        sl = Slice(pixel, i, pixel.nV, nT, start, tuple(side.inside for side in sides), off)
         state = accumulator.begin(sl)
         n_block = steps.block_length(k.n_steps)
         if n_block == k.n_steps:
@@ -198,7 +199,7 @@ def march(view_z, field, normal, accumulator, k: Switches, s: Scalars, types):
     def body(i, total, c, q, off):
         if k.slice_angles is not None:
             q, c = dr.sincos((rotation + slices.listed(k.slice_angles, i, Float)) * math.pi)
-        total = total + slice_value(c, q, off)
+        total = total + slice_value(i, c, q, off)
         off = noise.frac(off + stagger) if stagger else off
         return i + 1, total, dr.fma(c, turn_c, -q * turn_q), dr.fma(c, turn_q, q * turn_c), off
 

@@ -7,7 +7,7 @@ frame.
 
 import drjit as dr
 
-__all__ = ["GOLDEN", "PATTERNS", "frame_terms", "pattern"]
+__all__ = ["GOLDEN", "PATTERNS", "frame_terms", "pattern", "pcg"]
 
 GOLDEN = 0.6180339887498949
 
@@ -19,6 +19,13 @@ _OFFSETS = (0.0, 0.5, 0.25, 0.75)
 def frac(x):
     """x - floor(x)."""
     return x - dr.floor(x)
+
+
+def pcg(v):
+    """Hash of 32-bit integers: one step of a congruential generator and the output permutation of PCG."""
+    v = v * 747796405 + 2891336453
+    v = ((v >> ((v >> 28) + 4)) ^ v) * 277803737
+    return (v >> 22) ^ v
 
 
 def _none(x, y, frame_rotation, frame_offset, key, Float):
@@ -41,13 +48,7 @@ def _interleaved_gradient(x, y, frame_rotation, frame_offset, key, Float):
 
 
 def _white(x, y, frame_rotation, frame_offset, key, Float):
-    """Two independent uniform numbers from a keyed integer hash (PCG output permutation, twice)."""
-
-    def pcg(v):
-        v = v * 747796405 + 2891336453
-        v = ((v >> ((v >> 28) + 4)) ^ v) * 277803737
-        return (v >> 22) ^ v
-
+    """Two independent uniform numbers from a keyed integer hash, twice."""
     h = pcg(pcg(pcg(x) + y) + key)
     g = pcg(h)
     return Float(h >> 8) * 2**-24, Float(g >> 8) * 2**-24

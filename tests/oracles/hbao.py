@@ -1,13 +1,11 @@
 """Image-space horizon-based ambient occlusion, written out from its sketch (Bavoil et al. 2008), float64 NumPy.
 
-One pixel, one direction and one sample at a time, with the angles and arc tangents of the sketch. What it leaves open
-is chosen as in the package: a direction's samples lie at 1 + (ℓ - 1)(j + η)/n pixels, ℓ being the projected radius or
-what the frame leaves of it.
+One pixel, one direction and one sample at a time, with the angles and arc tangents of the sketch.
 """
 
 import numpy as np
 
-from . import slice_oracle
+from . import slice_march
 from .fields import Field
 
 
@@ -36,35 +34,31 @@ def visibility(
         rotation: shift of the directions, as a share of their spacing.
         offsets: η of each pair of opposite directions; 0.5 if left out.
     """
-    P, N = _point(field, row, column), field.normal_v[row, column]
-    V = -_eye_ray(field, row, column)[1]
-    V /= np.linalg.norm(V)
-    Z = V if zenith == "view" else np.array([0.0, 0.0, 1.0])
+    P, N = slice_march.point(field, row, column), field.normal_v[row, column]
+    Z = slice_march.view_dir(field, row, column) if zenith == "view" else np.array([0.0, 0.0, 1.0])
     pairs = n_directions // 2
     blocked = 0.0
     for k in range(n_directions):
-        theta = 2 * np.pi * (k + rotation) / n_directions
-        direction, reach = _segment(field, P, V, theta, radius, measure)
-        reach = min(reach, _to_border(field, row, column, direction))
-        eta = 0.5 if offsets is None else offsets[k % pairs]
-        blocked += _one_direction(field, (row, column), direction, reach, P, N, Z, radius, n_steps, eta, attenuation)
+        texels, direction = slice_march.texels(
+            field,
+            row,
+            column,
+            2 * np.pi * (k + rotation) / n_directions,
+            radius=radius,
+            n_steps=n_steps,
+            eta=0.5 if offsets is None else offsets[k % pairs],
+            measure=measure,
+        )
+        t = _elevation(_on_tangent_plane(field, row, column, direction, P, N) - P, Z)
+        offsets_v = [slice_march.point(field, *texel) - P for texel in texels if np.isfinite(field.view_z[texel])]
+        blocked += _one_direction(t, offsets_v, Z, radius, attenuation)
     return 1.0 - blocked / n_directions
 
 
-def _one_direction(field, pixel, direction, reach, P, N, Z, radius, n_steps, eta, attenuation) -> float:
-    row, column = pixel
-    t = _elevation(_on_tangent_plane(field, row, column, direction, P, N) - P, Z)
-    if reach < 1:
-        return 0.0
+def _one_direction(t, offsets, Z, radius, attenuation) -> float:
     h, single, per_sample = t, 0.0, 0.0
-    for j in range(n_steps):
-        distance = 1 + (reach - 1) * (j + eta) / n_steps
-        x, y = round(column + distance * direction[0]), round(row + distance * direction[1])
-        if not np.isfinite(field.view_z[y, x]):
-            continue
-        D = _point(field, y, x) - P
-        r = np.linalg.norm(D)
-        alpha = _elevation(D, Z)
+    for D in offsets:
+        r, alpha = np.linalg.norm(D), _elevation(D, Z)
         if r > radius or alpha <= h:
             continue
         W = 1.0 if attenuation == "none" else max(0.0, 1 - r / radius)
@@ -82,54 +76,5 @@ def _elevation(D, Z) -> float:
 
 def _on_tangent_plane(field, row, column, direction, P, N) -> np.ndarray:
     """Where the eye ray a tenth of a pixel ahead meets the tangent plane."""
-    origin, ray = _eye_ray(field, row + 0.1 * direction[1], column + 0.1 * direction[0])
+    origin, ray = slice_march.eye_ray(field, row + 0.1 * direction[1], column + 0.1 * direction[0])
     return origin + ray * ((P - origin) @ N) / (ray @ N)
-
-
-def _point(field, row, column) -> np.ndarray:
-    origin, ray = _eye_ray(field, row, column)
-    return origin + field.view_z[row, column] * ray
-
-
-def _eye_ray(field, row, column):
-    """Origin and direction with view depth 1 of the ray through a point of the image."""
-    fx, fy = field.scale
-    x, y = (column + 0.5 - field.camera["cx"]) / fx, -(row + 0.5 - field.camera["cy"]) / fy
-    if field.orthographic:
-        return np.array([x, y, 0.0]), np.array([0.0, 0.0, -1.0])
-    return np.zeros(3), np.array([x, y, -1.0])
-
-
-def _segment(field, P, V, theta, radius, measure):
-    """Unit pixel direction (y down) of azimuth θ, and the length in pixels of the radius along it."""
-    fx, fy = field.scale
-    if measure == "screen":
-        direction = np.array([fx * np.cos(theta), -fy * np.sin(theta)])
-        length = np.linalg.norm(direction)
-        return direction / length, length * (radius if field.orthographic else radius / -P[2])
-    T = slice_oracle.tangent(V, theta)
-    if field.orthographic:
-        direction = np.array([fx * T[0], -fy * T[1]])
-        length = np.linalg.norm(direction)
-        return direction / length, length * radius
-    direction = slice_oracle.unit([1.0, -1.0] * slice_oracle.screen_direction(P, T, (fx, fy)))
-    # The eye ray that touches the sphere about P on this side.
-    sine = radius / np.linalg.norm(P)
-    if sine >= 1:
-        return direction, np.inf
-    touching = sine * T - np.sqrt(1 - sine * sine) * V
-    if touching[2] >= 0:
-        return direction, np.inf
-    away = slice_oracle.project(touching, (fx, fy)) - slice_oracle.project(P, (fx, fy))
-    return direction, float(np.linalg.norm(away))
-
-
-def _to_border(field, row, column, direction) -> float:
-    """Length to the border of the frame, a thousandth of a pixel inside of it."""
-    height, width = field.view_z.shape
-    with np.errstate(divide="ignore"):
-        x, y = (
-            np.where(d > 0, (size - 1 + 0.499 - at) / d, (at + 0.499) / -d)
-            for d, at, size in ((direction[0], column, width), (direction[1], row, height))
-        )
-    return float(min(np.inf if np.isnan(x) else x, np.inf if np.isnan(y) else y))

@@ -1,0 +1,74 @@
+"""The visibility bitmask's accumulator from its configuration."""
+
+import math
+from typing import Any
+
+import drjit as dr
+
+from gtao.config import (
+    ConstantThickness,
+    LinearThickness,
+    MeasuredThickness,
+    NoCut,
+    SampleCut,
+    VisibilityBitmask,
+)
+from gtao.errors import ConfigError
+from gtao.gbuffer import GBuffer
+from gtao.kernels import noise
+from gtao.kernels.accumulators import Sectors
+
+from .marching import march_frame, opaque
+
+__all__ = ["bitmask_visibility"]
+
+_MODELS: dict[type, str] = {
+    type(None): "solid",
+    ConstantThickness: "constant",
+    LinearThickness: "linear",
+    MeasuredThickness: "measured",
+}
+
+
+def bitmask_visibility(g: GBuffer, method: VisibilityBitmask, frame_index: int):
+    """Flat visibility of :class:`gtao.VisibilityBitmask`, before power and floor.
+
+    Raises:
+        ConfigError: gradients are asked for, which counting has none, or the measured thickness of a frame without
+            layers.
+    """
+    if dr.grad_enabled(g.view_z) or dr.grad_enabled(g.normal_v):
+        raise ConfigError("a bitmask counts sectors and has no gradient; use gtao.GTAO, or detach the frame")
+    radius = min(method.search_radius, getattr(method.falloff, "end", math.inf))
+    thickness, camera = method.thickness, g.camera
+    amount = getattr(thickness, "thickness", getattr(thickness, "slope", 0.0))
+    _, _, key = noise.frame_terms(method.noise, frame_index, method.seed)
+    accumulator = Sectors(
+        mapping=method.weighting,
+        n_sectors=method.n_sectors,
+        rounding=method.sector_rounding,
+        thickness=_MODELS[type(thickness)],
+        cut=_cut(method, radius),
+        orthographic=camera.is_orthographic,
+        radius=opaque(g, radius),
+        amount=opaque(g, amount),
+        ax=opaque(g, 1 / camera.fx),
+        ay=opaque(g, -1 / camera.fy),
+        key=dr.opaque(g.types.UInt, key),
+        layers=_layers(g) if isinstance(thickness, MeasuredThickness) else (),
+        size=(camera.width, camera.height),
+        types=g.types,
+    )
+    return march_frame(g, method, accumulator, radius, frame_index)
+
+
+def _cut(method: VisibilityBitmask, radius: float) -> str:
+    if isinstance(method.falloff, SampleCut):
+        return "sample"
+    return "none" if isinstance(method.falloff, NoCut) or math.isinf(radius) else "sphere"
+
+
+def _layers(g: GBuffer) -> tuple[tuple[Any, Any], ...]:
+    if g.layers is None:
+        raise ConfigError("MeasuredThickness needs a frame with layers; render them with gtao.render.layers")
+    return tuple((g.layers.front[k].array, g.layers.back[k].array) for k in range(g.layers.n_layers))

@@ -1,0 +1,146 @@
+"""Blocked arcs of occluders of finite thickness, written out for one pixel (Therrien et al. 2023), float64 NumPy.
+
+Every arc is found from points: where matter begins and ends on the eye ray of a sample, clipped to the sphere of the
+radius. The share of a slice's hemisphere that it holds is integrated by quadrature.
+"""
+
+from functools import partial
+
+import numpy as np
+
+from . import slice_march, slice_oracle
+from .fields import Field
+
+
+def visibility(
+    field: Field,
+    row: int,
+    column: int,
+    *,
+    radius: float = np.inf,
+    n_slices: int,
+    n_steps: int,
+    bodies,
+    weighting: str = "cosine",
+    cut: str = "sphere",
+    rounding: str = "exact",
+    n_sectors: int = 32,
+    exponent: float = 2.0,
+) -> float:
+    """Mean over slices at azimuths π(i + ½)/n of the weighted open share.
+
+    Args:
+        bodies: function of a texel's row and column: list of (front, back) depths of the matter on its eye ray.
+        cut: "sphere" clips matter to the radius, "sample" ignores a body whose front lies beyond it, "none" neither.
+        rounding: "exact" measures the union of arcs, what sectors tend to; "nearest" tests the middle of each of
+            ``n_sectors`` sectors; "outward" closes ⌈n w⌉ sectors from the one on in which an arc of share w begins.
+    """
+    P, N = slice_march.point(field, row, column), field.normal_v[row, column]
+    V = slice_march.view_dir(field, row, column)
+    total = 0.0
+    for i in range(n_slices):
+        phi = np.pi * (i + 0.5) / n_slices
+        nV, nT = N @ V, N @ slice_oracle.tangent(V, phi)
+        below = partial(_share_below, weighting, nV, nT)
+        arcs = []
+        for side in (-1, 1):
+            samples, _ = slice_march.texels(
+                field,
+                row,
+                column,
+                phi if side > 0 else phi + np.pi,
+                radius=radius,
+                n_steps=n_steps,
+                exponent=exponent,
+            )
+            for texel in samples:
+                for body in bodies(*texel):
+                    ends = _blocked(field, texel, body, P, V, radius, cut)
+                    if ends is not None:
+                        arcs.append(sorted(below(side * angle) for angle in ends))
+        total += _weight(weighting, nV, nT) * (1 - _closed(arcs, rounding, n_sectors))
+    return total / n_slices
+
+
+def _blocked(field, texel, body, P, V, radius, cut):
+    """Angles to V of the two ends of the arc that a body blocks, None if it blocks nothing."""
+    front, back = body
+    if not np.isfinite(front):
+        return None
+    origin, ray = slice_march.eye_ray(field, *texel)
+    near = origin + front * ray - P
+    if cut == "sample" and np.linalg.norm(near) > radius:
+        return None
+    low, high = front, back
+    if cut == "sphere" and np.isfinite(radius):
+        # |origin + z ray - P|² = r²
+        o = origin - P
+        a, b, c = ray @ ray, o @ ray, o @ o - radius**2
+        if b * b <= a * c:
+            return None
+        root = np.sqrt(b * b - a * c)
+        low, high = max(low, (-b - root) / a), min(high, (-b + root) / a)
+        if low >= high:
+            return None
+    # Matter without end is closed down to the tangent plane.
+    first = _angle(origin + low * ray - P, V)
+    return first, np.pi if np.isinf(high) else _angle(origin + high * ray - P, V)
+
+
+def _angle(D, V) -> float:
+    along = D @ V
+    return np.arctan2(np.linalg.norm(D - along * V), along)
+
+
+def _share_below(weighting, nV, nT, theta) -> float:
+    """Share of the slice's hemisphere that lies below θ."""
+    gamma = np.arctan2(nT, nV)
+    low, high = gamma - np.pi / 2, gamma + np.pi / 2
+    theta = np.clip(theta, low, high)
+    if weighting == "angle":
+        return (theta - low) / np.pi
+    return _integral(weighting, nV, nT, low, theta) / _integral(weighting, nV, nT, low, high)
+
+
+# Exact to rounding for the integrands below over up to π.
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
+
+
+def _integral(weighting, nV, nT, a, b) -> float:
+    """∫ |sin θ|, times the cosine to the normal if it counts, over [a, b] in two pieces that meet at θ = 0."""
+    total = 0.0
+    for low, high in ((a, np.clip(0.0, a, b)), (np.clip(0.0, a, b), b)):
+        theta = 0.5 * (low + high) + 0.5 * (high - low) * _NODES
+        values = np.abs(np.sin(theta))
+        if weighting == "cosine":
+            values = values * (nV * np.cos(theta) + nT * np.sin(theta))
+        total += 0.5 * (high - low) * (_WEIGHTS @ values)
+    return total
+
+
+def _weight(weighting, nV, nT) -> float:
+    gamma = np.arctan2(nT, nV)
+    return _integral(weighting, nV, nT, gamma - np.pi / 2, gamma + np.pi / 2) if weighting == "cosine" else 1.0
+
+
+def _closed(arcs, rounding, n) -> float:
+    if rounding == "exact":
+        return union_length(arcs)
+    closed = np.zeros(n, dtype=bool)
+    middles = (np.arange(n) + 0.5) / n
+    for low, high in arcs:
+        if rounding == "nearest":
+            closed |= (low < middles) & (middles <= high)
+        else:
+            first = int(n * low)
+            closed[first : first + int(np.ceil(n * (high - low)))] = True
+    return closed.mean()
+
+
+def union_length(intervals) -> float:
+    """Length of a union of intervals."""
+    total, end = 0.0, -np.inf
+    for low, high in sorted(intervals):
+        total += max(high - max(low, end), 0.0)
+        end = max(end, high)
+    return total
