@@ -23,7 +23,7 @@ __all__ = ["Visibility", "visibility"]
 
 @dataclass(frozen=True, kw_only=True)
 class Visibility:
-    """Cosine-weighted visibility of one view, with its uncertainty.
+    """Visibility of one view, with its uncertainty.
 
     Attributes:
         mean: (H, W) tensor in [0, 1], 1 = open, 1 on the background.
@@ -34,10 +34,11 @@ class Visibility:
         n_batches: batches that the variance rests on.
         bent_normal: (H, W, 3) unit mean unoccluded direction, view frame; the normal where nothing is
             visible, +z on the background; None unless asked for.
-        mean_direction: (H, W, 3) the same before normalisation: the integral of V(ω) ω cos θ / π, of length
-            at most 2/3 when only the weighting shortens it; 0 on the background.
+        mean_direction: (H, W, 3) the same before normalisation: the integral of V(ω) ω cos θ / π (or of
+            V(ω) ω / 2π), of length at most 2/3 (1/2) when only the weighting shortens it; 0 on the background.
         max_distance: distance beyond which nothing occludes, in scene units.
         seed: of the random numbers.
+        weighting: "cosine" or "uniform" over the hemisphere.
     """
 
     mean: Any
@@ -48,6 +49,7 @@ class Visibility:
     mean_direction: Any = None
     max_distance: float = math.inf
     seed: int = 0
+    weighting: str = "cosine"
 
     def _repr_png_(self) -> bytes:
         return display.grey_png(self.mean)
@@ -68,9 +70,10 @@ def visibility(
     normals: str = "shading",
     n_batches: int = 8,
     bent_normal: bool = True,
+    weighting: str = "cosine",
     progress: Progress | None = None,
 ) -> Visibility:
-    """Trace cosine-distributed rays from the surface behind every pixel centre (theory, eqs. (1) and (3)).
+    """Trace rays over the hemisphere from the surface behind every pixel centre (theory, eqs. (1) and (3)).
 
     Every shape occludes, whatever its BSDF or emission, and so does the surface itself where a normal leans so
     far that directions about it point below the geometric surface. Start points are found anew in the scene, so
@@ -88,6 +91,8 @@ def visibility(
         normals: "shading" or "geometric"; only looked at without ``g``.
         n_batches: independent batches, at least two, that the variance is estimated from.
         bent_normal: also average the unoccluded directions.
+        weighting: "cosine" for diffuse visibility (theory, eq. (1)), "uniform" for the open share of the solid angle
+            (eq. (2)).
         progress: called as ``progress(done, total)`` after each piece of work.
 
     Raises:
@@ -98,6 +103,8 @@ def visibility(
     ensure_variant()
     check_sampling(spp, n_batches, seed)
     check_normals(normals)
+    if weighting not in ("cosine", "uniform"):
+        raise ConfigError(f"weighting must be 'cosine' or 'uniform', got {weighting!r}")
     if not max_distance > 0:
         raise ConfigError(f"max_distance must be positive (inf for no limit), got {max_distance}")
     hits = shoot(scene, select_sensor(scene, sensor), normals)
@@ -108,7 +115,7 @@ def visibility(
     for chunk in chunks(n, n_batches, per_batch, progress):
         key = batch_key(seed, chunk.batch)
         part = start.part(chunk.start, chunk.stop)
-        count, total = _trace(scene, part, key, per_batch, max_distance, bent_normal)
+        count, total = _trace(scene, part, key, per_batch, max_distance, bent_normal, weighting)
         open_rays[chunk.batch, chunk.start : chunk.stop] = count
         if bent_normal:
             direction[:, chunk.start : chunk.stop] += total
@@ -131,11 +138,12 @@ def visibility(
         mean_direction=vector,
         max_distance=float(max_distance),
         seed=seed,
+        weighting=weighting,
     )
 
 
 def _trace(
-    scene: Any, start: Origins, key: int, n_rays: int, max_distance: float, sum_directions: bool
+    scene: Any, start: Origins, key: int, n_rays: int, max_distance: float, sum_directions: bool, weighting: str
 ) -> tuple[np.ndarray, np.ndarray | None]:
     """Unoccluded rays per start point, and the sum of their directions."""
     stream = stream_key(dr.opaque(mi.UInt32, key), start.pixel)
@@ -146,7 +154,7 @@ def _trace(
         return index < limit
 
     def body(index: Any, count: Any, total: Any) -> tuple:
-        ray = spawn(start.position, start.n_geo, start.normal, point(stream, mi.UInt32(0), index))
+        ray = spawn(start.position, start.n_geo, start.normal, point(stream, mi.UInt32(0), index), weighting)
         ray.maxt = reach
         above = dr.dot(ray.d, start.n_geo) > 0
         visible = above & ~scene.ray_test(ray, coherent=False, active=above)

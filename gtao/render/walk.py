@@ -49,9 +49,11 @@ def origins(hits: PrimaryHits, g: Any = None) -> Origins:
     return start
 
 
-def spawn(position: Any, n_geo: Any, normal: Any, sample: Any) -> Any:
-    """Ray in a cosine-distributed direction about ``normal``, offset from the surface as Mitsuba does it."""
-    direction = mi.Frame3f(normal).to_world(mi.warp.square_to_cosine_hemisphere(sample))
+def spawn(position: Any, n_geo: Any, normal: Any, sample: Any, weighting: str = "cosine") -> Any:
+    """Ray in a direction about ``normal``, cosine-distributed or uniform, offset from the surface as Mitsuba does it."""
+    uniform = weighting == "uniform"
+    warp = mi.warp.square_to_uniform_hemisphere if uniform else mi.warp.square_to_cosine_hemisphere
+    direction = mi.Frame3f(normal).to_world(warp(sample))
     si = dr.zeros(mi.SurfaceInteraction3f)
     si.p = position
     si.n = n_geo

@@ -55,6 +55,21 @@ def test_groove(degrees):
     assert_mean_is(v.mean.numpy().ravel(), (1 - math.cos(alpha)) / 2, allowance=1e-4)
 
 
+@pytest.mark.parametrize("degrees", [40, 90, 150])
+def test_groove_by_solid_angle(degrees):
+    """Uniform weighting: between two half planes a lune of the angle α is open, α/π of the hemisphere."""
+    alpha = math.radians(degrees)
+    v = render.visibility(load(S.groove(alpha, groove_view())), spp=512, seed=degrees, weighting="uniform")
+    assert v.weighting == "uniform"
+    # Directions within x / L = 2e-4 of the far ends of the half planes are open too, over their width of π.
+    assert_mean_is(v.mean.numpy().ravel(), alpha / math.pi, allowance=1e-4)
+
+
+def test_weighting_is_one_of_two():
+    with pytest.raises(ConfigError, match="weighting must be 'cosine' or 'uniform', got 'angle'"):
+        render.visibility(load(S.groove(1.0, groove_view())), weighting="angle")
+
+
 def test_bent_normal_of_a_right_angle():
     """On the floor before an endless wall: mean direction (2/(3π), 0, 1/3), away from the wall and up."""
     view = S.perspective((0.3, -0.5, 1), (0, 0.1, 0), up=(0.2, 0.3, 1), fov=25.0, size=(16, 16))
