@@ -50,7 +50,7 @@ def origins(hits: PrimaryHits, g: Any = None) -> Origins:
 
 
 def spawn(position: Any, n_geo: Any, normal: Any, sample: Any, weighting: str = "cosine") -> Any:
-    """Ray in a direction about ``normal``, cosine-distributed or uniform, offset from the surface as Mitsuba does it."""
+    """Ray in a cosine-distributed or uniform direction about ``normal``, offset from the surface as Mitsuba does it."""
     uniform = weighting == "uniform"
     warp = mi.warp.square_to_uniform_hemisphere if uniform else mi.warp.square_to_cosine_hemisphere
     direction = mi.Frame3f(normal).to_world(warp(sample))
