@@ -10,6 +10,7 @@ from .bitmask import VisibilityBitmask
 from .codec import from_dict, register
 from .deviations import Deviation, deviations, faithful
 from .falloff import IndexFalloff, LinearFalloff, NoCut, QuadraticFalloff, SampleCut
+from .filters import EdgeAwareFilter, PlaneAwareFilter, SpatialFilter
 from .gtao import GTAO
 from .hbao import HBAO
 from .named import NAMED, NamedMethod, named, with_budget
@@ -24,6 +25,7 @@ __all__ = [
     "ConstantThickness",
     "DepthCut",
     "Deviation",
+    "EdgeAwareFilter",
     "IndexFalloff",
     "LinearFalloff",
     "LinearThickness",
@@ -31,10 +33,12 @@ __all__ = [
     "NamedMethod",
     "NoCut",
     "Pipeline",
+    "PlaneAwareFilter",
     "QuadraticFalloff",
     "RunningThickness",
     "SampleCut",
     "SliceMethod",
+    "SpatialFilter",
     "VisibilityBitmask",
     "deviations",
     "faithful",
@@ -46,6 +50,7 @@ __all__ = [
 register(GTAO, HBAO, VisibilityBitmask, Pipeline)
 register(LinearFalloff, QuadraticFalloff, IndexFalloff, SampleCut, NoCut)
 register(RunningThickness, DepthCut, ConstantThickness, LinearThickness, MeasuredThickness)
+register(EdgeAwareFilter, SpatialFilter, PlaneAwareFilter)
 
 
 def method_from_dict(data: dict[str, Any]) -> Any:

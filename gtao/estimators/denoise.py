@@ -1,32 +1,131 @@
 """Image-level driver of the spatial filters."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from functools import partial
 from typing import Any
 
+import drjit as dr
+
+from gtao.config import EdgeAwareFilter, PlaneAwareFilter, SpatialFilter
 from gtao.errors import ConfigError, ShapeError
 from gtao.gbuffer import GBuffer
+from gtao.kernels import filters
 from gtao.results import AmbientOcclusion
+
+from .marching import opaque
 
 __all__ = ["denoise"]
 
-# What filters the flat visibility for each class of filter: (visibility, g, filter) -> visibility.
-_FILTERS: dict[type, Callable[..., Any]] = {}
+# Ridge of the linear fit, in weights times squared texels: an eighth of the second moment of an open 5×5 footprint.
+RIDGE = 3.0
+# Passes before the last smooth more: their weight of the pixel itself is this much smaller.
+EARLIER_PASSES = 5
+
+Channels = tuple[Any, ...]
 
 
 def denoise(ao: AmbientOcclusion, g: GBuffer, spatial: Any) -> AmbientOcclusion:
     """The estimate ``ao`` of frame ``g``, filtered in the image.
 
+    Noise patterns give neighbouring pixels different directions: averaging them is part of estimating with few
+    slices. The background stays 1 and is never averaged in. Values are not clamped.
+
+    Args:
+        ao: from :func:`gtao.ambient_occlusion`; a bent normal is filtered with the same weights and normalised.
+        g: the frame that ``ao`` was estimated from.
+        spatial: a :class:`gtao.EdgeAwareFilter`, :class:`gtao.SpatialFilter` or :class:`gtao.PlaneAwareFilter`.
+
+    Returns:
+        A new estimate with the same ``config``; its ``variance`` is None: filtered errors depend on each other.
+
     Raises:
-        ConfigError: ``spatial`` is no filter.
+        ConfigError: ``spatial`` is no filter, ``ao`` no estimate or ``g`` no frame.
         ShapeError: the estimate is not of this frame.
     """
     apply = _FILTERS.get(type(spatial))
     if apply is None:
         choices = ", ".join(f"gtao.{kind.__name__}" for kind in _FILTERS)
         raise ConfigError(f"the filter must be one of {choices}, got {type(spatial).__name__}")
+    for name, value, kind in (("ao", ao, AmbientOcclusion), ("g", g, GBuffer)):
+        if not isinstance(value, kind):
+            raise ConfigError(f"{name} must be a gtao.{kind.__name__}, got {type(value).__name__}")
     if tuple(ao.visibility.shape) != g.shape:
         raise ShapeError(
             f"the estimate has shape {tuple(ao.visibility.shape)}, the frame {g.shape}; pass its own frame"
         )
-    return replace(ao, visibility=g.types.Tensor(apply(ao.visibility.array, g, spatial), g.shape))
+    T = g.types
+    channels: Channels = (T.Float(ao.visibility.array),)
+    if ao.bent_normal is not None:
+        channels += tuple(dr.unravel(T.Array3, T.Float(ao.bent_normal.array)))
+    channels = apply(channels, g, spatial)
+    dr.eval(channels)
+    visibility, *bent = channels
+    bent_normal = T.Tensor(dr.ravel(T.Array3(bent)), (*g.shape, 3)) if bent else None
+    return AmbientOcclusion(visibility=T.Tensor(visibility, g.shape), bent_normal=bent_normal, config=ao.config)
+
+
+def _one_pass(average: Callable[[Channels], Channels], channels: Channels, g: GBuffer) -> Channels:
+    """What ``average`` makes of the channels: visibility 1 on the background, bent normals of unit length."""
+    # One kernel per pass, which reads what the one before wrote.
+    dr.eval(channels)
+    surface = g.mask.array
+    visibility, *bent = average(channels)
+    result = (dr.select(surface, visibility, 1),)
+    if bent:
+        length2 = sum(c * c for c in bent)
+        # Where directions cancel, the one from before stays.
+        ok = surface & (length2 > 0)
+        scale = dr.rsqrt(dr.select(ok, length2, 1))
+        result += tuple(dr.select(ok, c * scale, old) for c, old in zip(bent, channels[1:], strict=True))
+    return result
+
+
+def _grid(g: GBuffer) -> filters.Grid:
+    height, width = g.shape
+    return filters.Grid.of(width, height, g.types)
+
+
+def _edge_aware(channels: Channels, g: GBuffer, f: EdgeAwareFilter) -> Channels:
+    grid, limit = _grid(g), opaque(g, f.limit)
+    links = filters.depth_edges(g.view_z.array, opaque(g, f.edge_threshold), f.quantised_edges, grid)
+    dr.eval(links)
+    options = [opaque(g, value) for value in (f.diagonal_weight, f.leak_threshold, f.leak_strength)]
+    visibility, *bent = channels
+    channels = (dr.select(visibility < limit, visibility, limit), *bent)
+    for k in range(f.passes):
+        beta = opaque(g, f.beta if k == f.passes - 1 else f.beta / EARLIER_PASSES)
+        taps = filters.edge_taps(links, *options, grid)
+        channels = _one_pass(partial(filters.weighted_mean, beta, taps, grid), channels, g)
+    return channels
+
+
+def _bilateral(channels: Channels, g: GBuffer, f: SpatialFilter) -> Channels:
+    grid, one = _grid(g), g.types.Float(1)
+    order = ("none", "first", "second").index(f.derivatives)
+    taps = filters.bilateral_taps(g.view_z.array, opaque(g, f.threshold), order, grid)
+    return _one_pass(partial(filters.weighted_mean, one, taps, grid), channels, g)
+
+
+def _plane_aware(channels: Channels, g: GBuffer, f: PlaneAwareFilter) -> Channels:
+    grid, camera, one = _grid(g), g.camera, g.types.Float(1)
+    values = {
+        "ax": 1 / camera.fx,
+        "bx": (0.5 - camera.cx) / camera.fx,
+        "ay": -1 / camera.fy,
+        "by": (camera.cy - 0.5) / camera.fy,
+        "pixel": 1 / min(camera.fx, camera.fy),
+    }
+    view = filters.View(**{k: opaque(g, v) for k, v in values.items()}, orthographic=camera.is_orthographic)
+    normal = tuple(g.normal_arrays())
+    taps = filters.plane_taps(g.view_z.array, normal, f.size, opaque(g, f.tolerance), view, grid)
+    if f.fit == "constant":
+        return _one_pass(partial(filters.weighted_mean, one, taps, grid), channels, g)
+    return _one_pass(partial(filters.local_plane, one, taps, grid, ridge=opaque(g, RIDGE)), channels, g)
+
+
+# What filters (visibility, *bent normal) for each class of filter.
+_FILTERS: dict[type, Callable[[Channels, GBuffer, Any], Channels]] = {
+    EdgeAwareFilter: _edge_aware,
+    SpatialFilter: _bilateral,
+    PlaneAwareFilter: _plane_aware,
+}

@@ -1,0 +1,80 @@
+"""The 4×4 bilateral filter of the slides of Jimenez et al. (2016), with their gradient thresholds."""
+
+import drjit as dr
+
+from .grid import Tap
+
+__all__ = ["FOOTPRINT", "bilateral_taps", "ramp"]
+
+# An even footprint is not symmetric: this one lies half a pixel toward the bottom right.
+FOOTPRINT = (-1, 0, 1, 2)
+
+
+def ramp(z, predicted, scale):
+    """1 where a depth is as predicted, falling linearly to 0 at a difference of 1 / ``scale``."""
+    weight = 1 - abs(z - predicted) * scale
+    return dr.select(weight > 0, weight, 0)
+
+
+def bilateral_taps(view_z, threshold, derivatives, grid):
+    """Taps of the 4×4 filter; theory, the bilateral filter.
+
+    Args:
+        view_z: flat depth, inf on the background.
+        threshold: difference to the predicted depth, as a share of the pixel's depth, from which a tap counts nothing.
+        derivatives: how many derivatives of depth the prediction uses, 0 to 2.
+    """
+    surface = dr.isfinite(view_z)
+    centre = dr.select(surface, view_z, 1)
+    scale = 1 / (threshold * centre)
+    along_x = _derivatives(view_z, centre, (1, 0), derivatives, grid)
+    along_y = _derivatives(view_z, centre, (0, 1), derivatives, grid)
+    taps = []
+    for dy in FOOTPRINT:
+        for dx in FOOTPRINT:
+            if dx == 0 and dy == 0:
+                continue
+            index, there = grid.inside(dx, dy)
+            z = grid.gather(view_z, index)
+            there &= dr.isfinite(z)
+            predicted = centre + _taylor(along_x, dx) + _taylor(along_y, dy)
+            weight = ramp(dr.select(there, z, centre), predicted, scale)
+            taps.append(Tap(index, dx, dy, dr.select(there, weight, 0)))
+    return taps
+
+
+def _taylor(derivatives, d):
+    first, second = derivatives
+    return dr.fma(second, 0.5 * d * d, first * d)
+
+
+def _derivatives(view_z, centre, axis, order, grid):
+    """First and second derivative of depth along an axis, per texel, from the side where depth changes less.
+
+    The second difference is the smaller of the two that contain the step to that side: neither reaches across a depth
+    edge that the other avoids.
+    """
+    zero = centre * 0
+    if order == 0:
+        return zero, zero
+
+    def step(k):
+        """Depth at k texels along the axis less the centre's, and whether there is a surface."""
+        index, there = grid.inside(k * axis[0], k * axis[1])
+        z = grid.gather(view_z, index)
+        there &= dr.isfinite(z)
+        return dr.select(there, z, centre) - centre, there
+
+    (ahead, has_ahead), (behind, has_behind) = step(1), step(-1)
+    forward = has_ahead & (~has_behind | (abs(ahead) <= abs(behind)))
+    first = dr.select(forward, ahead, -behind)
+    if order == 1:
+        return first, zero
+    (ahead2, has_ahead2), (behind2, has_behind2) = step(2), step(-2)
+    middle = dr.select(has_ahead & has_behind, ahead + behind, dr.inf)
+    outer = dr.select(forward, ahead2 - 2 * ahead, behind2 - 2 * behind)
+    outer = dr.select(dr.select(forward, has_ahead & has_ahead2, has_behind & has_behind2), outer, dr.inf)
+    second = dr.select(abs(middle) <= abs(outer), middle, outer)
+    second = dr.select(dr.isfinite(second), second, 0)
+    # Through the two points a parabola of this curvature passes: one-sided differences hold half of it.
+    return first - dr.select(forward, 0.5, -0.5) * second, second
