@@ -16,13 +16,21 @@ from .hbao import HBAO
 from .named import NAMED, NamedMethod, named, with_budget
 from .pipeline import Pipeline
 from .slices import SliceMethod
-from .thickness import ConstantThickness, DepthCut, LinearThickness, MeasuredThickness, RunningThickness
+from .thickness import (
+    ConstantThickness,
+    ContinuityThickness,
+    DepthCut,
+    LinearThickness,
+    MeasuredThickness,
+    RunningThickness,
+)
 
 __all__ = [
     "GTAO",
     "HBAO",
     "NAMED",
     "ConstantThickness",
+    "ContinuityThickness",
     "DepthCut",
     "Deviation",
     "EdgeAwareFilter",
@@ -49,7 +57,7 @@ __all__ = [
 
 register(GTAO, HBAO, VisibilityBitmask, Pipeline)
 register(LinearFalloff, QuadraticFalloff, IndexFalloff, SampleCut, NoCut)
-register(RunningThickness, DepthCut, ConstantThickness, LinearThickness, MeasuredThickness)
+register(RunningThickness, DepthCut, ConstantThickness, ContinuityThickness, LinearThickness, MeasuredThickness)
 register(EdgeAwareFilter, SpatialFilter, PlaneAwareFilter)
 
 

@@ -1,18 +1,19 @@
 """The visibility bitmask: several blocked arcs per slice."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 from gtao.errors import ConfigError
 
 from ._checks import check_choice, check_count, check_instance, check_positive, check_share
 from .falloff import NoCut, SampleCut
 from .slices import SliceMethod, with_slice_arguments
-from .thickness import ConstantThickness, LinearThickness, MeasuredThickness
+from .thickness import ConstantThickness, ContinuityThickness, LinearThickness, MeasuredThickness
 
 __all__ = ["Mapping", "Rounding", "VisibilityBitmask"]
 
 Mapping = Literal["cosine", "uniform", "angle"]
+Thickness = ConstantThickness | ContinuityThickness | LinearThickness | MeasuredThickness
 Rounding = Literal["jittered", "outward", "nearest"]
 
 
@@ -26,8 +27,9 @@ class VisibilityBitmask(SliceMethod):
         n_sectors: sectors of a slice's hemisphere, 4 to 128.
         weighting: what sectors of equal size hold equal amounts of: "cosine" (diffuse visibility), "uniform" (solid
             angle), or "angle" (the original, neither of the two).
-        thickness: :class:`gtao.ConstantThickness`, :class:`gtao.LinearThickness`, :class:`gtao.MeasuredThickness`
-            (the frame's depth layers), or None: solid without end.
+        thickness: :class:`gtao.ConstantThickness`, :class:`gtao.ContinuityThickness`,
+            :class:`gtao.LinearThickness`, :class:`gtao.MeasuredThickness` (the frame's depth layers), or None: solid
+            without end.
         sector_rounding: "jittered" by one number per slice, unbiased; "outward" (the original) closes every sector
             that a sample touches; "nearest" rounds.
         falloff: :class:`gtao.SampleCut` or :class:`gtao.NoCut` in place of the exact cut at the radius.
@@ -40,7 +42,7 @@ class VisibilityBitmask(SliceMethod):
     n_slices: int = 4
     n_sectors: int = 32
     weighting: Mapping = "cosine"
-    thickness: ConstantThickness | LinearThickness | MeasuredThickness | None = None
+    thickness: Thickness | None = None
     sector_rounding: Rounding = "jittered"
     falloff: SampleCut | NoCut | None = None
     power: float = 1.0
@@ -53,7 +55,7 @@ class VisibilityBitmask(SliceMethod):
         if self.n_sectors > 32 and self.n_sectors % 32:
             raise ConfigError(f"n_sectors above 32 must be a multiple of 32, got {self.n_sectors}")
         check_choice("weighting", self.weighting, Mapping)
-        check_instance("thickness", self.thickness, (ConstantThickness, LinearThickness, MeasuredThickness))
+        check_instance("thickness", self.thickness, get_args(Thickness))
         check_choice("sector_rounding", self.sector_rounding, Rounding)
         check_instance("falloff", self.falloff, (SampleCut, NoCut))
         self._check_falloff(self.falloff)

@@ -2,9 +2,18 @@
 
 from dataclasses import dataclass
 
+from gtao.errors import ConfigError
+
 from ._checks import check_positive, check_share
 
-__all__ = ["ConstantThickness", "DepthCut", "LinearThickness", "MeasuredThickness", "RunningThickness"]
+__all__ = [
+    "ConstantThickness",
+    "ContinuityThickness",
+    "DepthCut",
+    "LinearThickness",
+    "MeasuredThickness",
+    "RunningThickness",
+]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,6 +60,35 @@ class LinearThickness:
 
     def __post_init__(self) -> None:
         check_positive("thickness slope", self.slope)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContinuityThickness:
+    """Thick where a surface goes on along the slice, thin where it appears anew.
+
+    A sample whose view depth is within ``gap`` of the one before it on the march (of the shaded point, for the first)
+    continues a surface and is solid for ``continuing`` scene units along its eye ray; one that leaps out of its
+    neighbour's surroundings belongs to something narrow or to an edge, and is solid for ``isolated``. What is wide in
+    the image is likely to be deep, too; ropes and leaves are neither.
+
+    Args:
+        continuing: thickness of continued surfaces in scene units.
+        isolated: thickness of the others, at most ``continuing``.
+        gap: greatest step in view depth within one surface, scene units.
+    """
+
+    continuing: float
+    isolated: float
+    gap: float
+
+    def __post_init__(self) -> None:
+        check_positive("thickness continuing", self.continuing)
+        check_positive("thickness isolated", self.isolated)
+        check_positive("thickness gap", self.gap)
+        if self.isolated > self.continuing:
+            raise ConfigError(
+                f"isolated occluders are not thicker than continuing ones, got {self.isolated} > {self.continuing}"
+            )
 
 
 @dataclass(frozen=True, kw_only=True)

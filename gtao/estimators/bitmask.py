@@ -7,6 +7,7 @@ import drjit as dr
 
 from gtao.config import (
     ConstantThickness,
+    ContinuityThickness,
     LinearThickness,
     MeasuredThickness,
     NoCut,
@@ -25,6 +26,7 @@ __all__ = ["bitmask_visibility"]
 _MODELS: dict[type, str] = {
     type(None): "solid",
     ConstantThickness: "constant",
+    ContinuityThickness: "continuity",
     LinearThickness: "linear",
     MeasuredThickness: "measured",
 }
@@ -41,7 +43,7 @@ def bitmask_visibility(g: GBuffer, method: VisibilityBitmask, frame_index: int):
         raise ConfigError("a bitmask counts sectors and has no gradient; use gtao.GTAO, or detach the frame")
     radius = min(method.search_radius, getattr(method.falloff, "end", math.inf))
     thickness, camera = method.thickness, g.camera
-    amount = getattr(thickness, "thickness", getattr(thickness, "slope", 0.0))
+    amount = next((getattr(thickness, n) for n in ("thickness", "slope", "continuing") if hasattr(thickness, n)), 0.0)
     _, _, key = noise.frame_terms(method.noise, frame_index, method.seed)
     accumulator = Sectors(
         mapping=method.weighting,
@@ -52,6 +54,8 @@ def bitmask_visibility(g: GBuffer, method: VisibilityBitmask, frame_index: int):
         orthographic=camera.is_orthographic,
         radius=opaque(g, radius),
         amount=opaque(g, amount),
+        isolated=opaque(g, getattr(thickness, "isolated", 0.0)),
+        gap=opaque(g, getattr(thickness, "gap", 0.0)),
         ax=opaque(g, 1 / camera.fx),
         ay=opaque(g, -1 / camera.fy),
         key=dr.opaque(g.types.UInt, key),

@@ -66,6 +66,8 @@ def _set(described: dict[str, Any], config: Any, path: list[str], text: str, val
     if len(path) == 1:
         described[name] = _value(name, text, annotation)
         return
+    if not _parts(annotation):
+        raise ConfigError(f"{name} has no options of its own; write {name}=VALUE, got {'.'.join(path)!r}")
     part = described[name]
     if part is None or f"{name}.type" in values:
         kind = _part_class(name, annotation, values)

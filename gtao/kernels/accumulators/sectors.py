@@ -17,11 +17,12 @@ class Sectors:
     Attributes:
         mapping, n_sectors, rounding: see :mod:`gtao.kernels.bitmask`.
         thickness: how far matter reaches behind a sample along its eye ray: "solid" without end, "constant" for
-            ``amount`` scene units, "linear" for ``amount`` times the distance from the eye, or "measured" as
-            ``layers`` say.
+            ``amount`` scene units, "continuity" for ``amount`` or ``isolated`` by whether the depth of the sample is
+            within ``gap`` of the one before it, "linear" for ``amount`` times the distance from the eye, or "measured"
+            as ``layers`` say.
         cut: how a finite radius limits it: "sphere" exactly, "sample" ignores samples beyond it, "none" not at all.
         orthographic: whether eye rays are parallel.
-        radius, amount: see above.
+        radius, amount, isolated, gap: see above.
         ax, ay: of :class:`gtao.kernels.march.Scalars`.
         key: selects the jitter.
         layers: pairs of flat arrays of depths at which the eye ray of a texel enters and leaves a body, front to back.
@@ -37,6 +38,8 @@ class Sectors:
     orthographic: bool
     radius: Any
     amount: Any
+    isolated: Any
+    gap: Any
     ax: Any
     ay: Any
     key: Any
@@ -48,25 +51,29 @@ class Sectors:
         constants, weight = bitmask.slice_map(self.mapping, sl.nV, sl.nT, sl.start)
         xi = bitmask.jitter(sl.pixel.x, sl.pixel.y, sl.index, self.key)
         empty = tuple(self.types.UInt(0) for _ in range(0, self.n_sectors, 32))
-        return constants, weight, xi, (empty, empty)
+        before = -sl.pixel.P[2]
+        return constants, weight, xi, (empty, empty), (before, before) if self.thickness == "continuity" else ()
 
     def add(self, state, side, sample, sl):
-        constants, weight, xi, masks = state
-        mine = masks[side]
-        for arc in self._arcs(sample, sl):
+        constants, weight, xi, masks, before = state
+        mine, amount = masks[side], self.amount
+        if self.thickness == "continuity":
+            amount = dr.select(abs(sample.z - before[side]) < self.gap, amount, self.isolated)
+            before = _with(before, side, sample.z)
+        for arc in self._arcs(sample, sl, amount):
             front, back = (bitmask.position(self.mapping, constants, sl.start[side], side, c) for c in arc)
             closed = bitmask.sectors(front, back, side, xi, self.n_sectors, self.rounding)
             mine = tuple(a | b for a, b in zip(mine, closed, strict=True))
-        return constants, weight, xi, ((mine, masks[1]) if side == 0 else (masks[0], mine))
+        return constants, weight, xi, _with(masks, side, mine), before
 
     def finish(self, state, sl):
-        _, weight, _, masks = state
+        _, weight, _, masks, _ = state
         none = self.types.UInt(0)
         sides = zip(*masks, strict=True)
         closed = [dr.select(sl.inside[0], a, none) | dr.select(sl.inside[1], b, none) for a, b in sides]
         return weight * bitmask.visible_share(closed, self.n_sectors, self.types.Float)
 
-    def _arcs(self, sample, sl):
+    def _arcs(self, sample, sl, amount):
         """Cosines of the front and the back of what a sample blocks; NaN and -1 lie below every tangent plane."""
         X, Y, z = sample.X, sample.Y, sample.z
         if self.thickness == "measured":
@@ -79,9 +86,9 @@ class Sectors:
         if self.thickness == "solid":
             back = -1
         elif self.thickness == "linear":
-            back = self._behind(sample, self.amount * z, sl)[0]
+            back = self._behind(sample, amount * z, sl)[0]
         else:
-            depth = self.amount if self.orthographic else self.amount * dr.rsqrt(dr.fma(X, X, dr.fma(Y, Y, 1)))
+            depth = amount if self.orthographic else amount * dr.rsqrt(dr.fma(X, X, dr.fma(Y, Y, 1)))
             back = self._behind(sample, depth, sl)[0]
         yield self._within((sample.c, sample.d2, sample.dV), sample, sl, back)
 
@@ -106,3 +113,8 @@ class Sectors:
         if self.thickness != "solid":
             lower = dr.select(back > lower, back, lower)
         return upper, dr.select(lower < upper, lower, upper)
+
+
+def _with(pair, side, value):
+    """The pair with one of its two sides replaced."""
+    return (value, pair[1]) if side == 0 else (pair[0], value)
