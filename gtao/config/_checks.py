@@ -7,6 +7,7 @@ from typing import Any, get_args
 from gtao.errors import ConfigError
 
 __all__ = [
+    "check_ceiling",
     "check_choice",
     "check_count",
     "check_flag",
@@ -51,6 +52,12 @@ def check_share(name: str, value: Any, *, high: float = 1.0) -> None:
     """``value`` lies in [0, high]."""
     if not 0 <= check_number(name, value) <= high:
         raise ConfigError(f"{name} must lie in [0, {high:g}], got {value!r}")
+
+
+def check_ceiling(value: Any) -> None:
+    """``value`` limits results from above, at 1 or more."""
+    if not check_number("ceiling", value) >= 1:
+        raise ConfigError(f"ceiling must be at least 1, got {value!r}")
 
 
 def check_instance(name: str, value: Any, kinds: Any) -> None:

@@ -1,13 +1,14 @@
 """The visibility bitmask: several blocked arcs per slice."""
 
+import math
 from dataclasses import dataclass
 from typing import Literal, get_args
 
 from gtao.errors import ConfigError
 
-from ._checks import check_choice, check_count, check_instance, check_positive, check_share
+from ._checks import check_ceiling, check_choice, check_count, check_instance, check_positive, check_share
 from .falloff import NoCut, SampleCut
-from .slices import SliceMethod, with_slice_arguments
+from .slices import Arccosine, SliceMethod, with_slice_arguments
 from .thickness import ConstantThickness, ContinuityThickness, LinearThickness, MeasuredThickness
 
 __all__ = ["Mapping", "Rounding", "VisibilityBitmask"]
@@ -32,8 +33,9 @@ class VisibilityBitmask(SliceMethod):
             without end.
         sector_rounding: "jittered" by one number per slice, unbiased; "outward" (the original) closes every sector
             that a sample touches; "nearest" rounds.
+        arccosine: how angles are found, as for :class:`gtao.GTAO`; with the weighting "angle" only.
         falloff: :class:`gtao.SampleCut` or :class:`gtao.NoCut` in place of the exact cut at the radius.
-        power, floor: as for :class:`gtao.GTAO`.
+        power, floor, ceiling: as for :class:`gtao.GTAO`.
 
     The other arguments are those of every slice method:
 
@@ -44,9 +46,11 @@ class VisibilityBitmask(SliceMethod):
     weighting: Mapping = "cosine"
     thickness: Thickness | None = None
     sector_rounding: Rounding = "jittered"
+    arccosine: Arccosine = "exact"
     falloff: SampleCut | NoCut | None = None
     power: float = 1.0
     floor: float = 0.0
+    ceiling: float = math.inf
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -57,7 +61,11 @@ class VisibilityBitmask(SliceMethod):
         check_choice("weighting", self.weighting, Mapping)
         check_instance("thickness", self.thickness, get_args(Thickness))
         check_choice("sector_rounding", self.sector_rounding, Rounding)
+        check_choice("arccosine", self.arccosine, Arccosine)
+        if self.arccosine != "exact" and self.weighting != "angle":
+            raise ConfigError(f"arccosine {self.arccosine!r} needs weighting 'angle', got {self.weighting!r}")
         check_instance("falloff", self.falloff, (SampleCut, NoCut))
         self._check_falloff(self.falloff)
         check_positive("power", self.power)
         check_share("floor", self.floor)
+        check_ceiling(self.ceiling)

@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from gtao.errors import ConfigError
 
-from ._checks import check_choice, check_count, check_flag, check_instance, check_positive, check_share
+from ._checks import check_ceiling, check_choice, check_count, check_flag, check_instance, check_positive, check_share
 from .falloff import Falloff, IndexFalloff, LinearFalloff, NoCut, QuadraticFalloff, SampleCut
 from .slices import Arccosine, SliceMethod, with_slice_arguments
 from .thickness import DepthCut, RunningThickness
@@ -44,6 +44,7 @@ class GTAO(SliceMethod):
             0.05 at most, as in XeGTAO.
         power: the result is raised to this power, which has no physical meaning; 1 leaves it alone.
         floor: smallest result, in [0, 1].
+        ceiling: largest result, at least 1; with few slices single pixels exceed 1, and come out right in the mean.
 
     The other arguments are those of every slice method:
 
@@ -60,6 +61,7 @@ class GTAO(SliceMethod):
     small_radius_fade: bool = False
     power: float = 1.0
     floor: float = 0.0
+    ceiling: float = math.inf
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -78,6 +80,7 @@ class GTAO(SliceMethod):
         check_flag("small_radius_fade", self.small_radius_fade)
         check_positive("power", self.power)
         check_share("floor", self.floor)
+        check_ceiling(self.ceiling)
 
     def _check_exact_cut(self) -> None:
         if self.falloff is not None or math.isinf(self.radius):

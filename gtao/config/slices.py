@@ -25,7 +25,7 @@ __all__ = [
 SliceMeasure = Literal["view", "screen", "screen_unnormalised"]
 Fetch = Literal["nearest", "linear", "bilinear", "floor", "nearest_of_four"]
 StepLaw = Literal["strata", "offset", "at_least", "whole", "beyond"]
-StepJitter = Literal["slice", "step", "pixel"]
+StepJitter = Literal["slice", "step", "pixel", "none"]
 Border = Literal["shorten", "replicate", "clamp"]
 Arccosine = Literal["exact", "two_term", "bit_trick"]
 Noise = Literal["none", "spatial_4x4", "interleaved_gradient", "white"]
@@ -63,7 +63,7 @@ class SliceMethod:
             max(((j + ξ)/(n + 1))ᵖ ℓ, m (1 + j)); "whole" steps, ((j + 1 + ξ)/(n + 1))ᵖ max(ℓ, m (n + 1)); "beyond",
             ((j + 1 + ξ)/n)ᵖ ℓ, whose last samples may lie outside of the radius.
         step_jitter: ξ is one number per "slice", advanced by the golden ratio from slice to slice; one per "step",
-            advanced from step to step as well; or one for the whole "pixel".
+            advanced from step to step as well; one for the whole "pixel"; or with "none" 0 everywhere.
         min_step_px: distance of the nearest possible sample in pixels.
         max_radius_px: longest search in pixels, as published (the radius scales with distance up to this limit).
         max_radius_share: longest search as a share of the square root of the frame's number of pixels, but 16 pixels

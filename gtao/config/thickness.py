@@ -1,10 +1,11 @@
 """How thick occluders are, which a depth buffer does not know."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 from gtao.errors import ConfigError
 
-from ._checks import check_positive, check_share
+from ._checks import check_choice, check_positive, check_share
 
 __all__ = [
     "ConstantThickness",
@@ -14,6 +15,8 @@ __all__ = [
     "MeasuredThickness",
     "RunningThickness",
 ]
+
+Along = Literal["ray", "view"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,12 +47,20 @@ class DepthCut:
 
 @dataclass(frozen=True, kw_only=True)
 class ConstantThickness:
-    """Every occluder is solid for ``thickness`` scene units behind its surface, along the eye ray."""
+    """Every occluder is solid for ``thickness`` scene units behind its surface.
+
+    Args:
+        thickness: in scene units.
+        along: the eye "ray" through the sample; or the "view" vector of the shaded point, as shaders have it, which
+            shears what lies beside it.
+    """
 
     thickness: float
+    along: Along = "ray"
 
     def __post_init__(self) -> None:
         check_positive("thickness", self.thickness)
+        check_choice("thickness along", self.along, Along)
 
 
 @dataclass(frozen=True, kw_only=True)

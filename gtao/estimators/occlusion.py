@@ -1,5 +1,6 @@
 """Image-level driver of the occlusion kernels."""
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -22,6 +23,9 @@ _SLICE_METHODS: dict[type, Callable[..., Any]] = {
     HBAO: hbao_visibility,
     VisibilityBitmask: bitmask_visibility,
 }
+
+# What :func:`gtao.kernels.shaping.shape` does to the results of methods that have these options.
+_SHAPING = {"power": 1.0, "floor": 0.0, "ceiling": math.inf}
 
 
 def ambient_occlusion(g: GBuffer, method: Any = None, *, frame_index: int = 0) -> AmbientOcclusion:
@@ -49,7 +53,7 @@ def ambient_occlusion(g: GBuffer, method: Any = None, *, frame_index: int = 0) -
     if isinstance(frame_index, bool) or not isinstance(frame_index, int) or frame_index < 0:
         raise ConfigError(f"frame_index must be a non-negative integer, got {frame_index!r}")
     flat = estimate(g, method, frame_index)
-    power, floor = getattr(method, "power", 1.0), getattr(method, "floor", 0.0)
-    if power != 1 or floor > 0:
-        flat = shape(flat, opaque(g, power), opaque(g, floor))
+    shaped = tuple(getattr(method, name, default) for name, default in _SHAPING.items())
+    if shaped != tuple(_SHAPING.values()):
+        flat = shape(flat, *(opaque(g, value) for value in shaped))
     return AmbientOcclusion(visibility=g.types.Tensor(flat, g.shape), config=method)

@@ -16,6 +16,7 @@ __all__ = [
     "cosine_arc_signed",
     "fast_acos",
     "full_slice",
+    "normal_angle",
     "uniform_arc",
     "uniform_arc_signed",
 ]
@@ -70,6 +71,11 @@ def fast_acos(x, kind):
     root = _sqrt_of_bits(below) if kind == "bit_trick" else dr.sqrt(below)
     p = dr.fma(-0.156583, a, math.pi / 2) * root
     return dr.select(x < 0, math.pi - p, p)
+
+
+def normal_angle(nV, nT, arccosine):
+    """Signed angle γ of the projected normal, from an arc cosine of :func:`fast_acos`."""
+    return dr.copysign(fast_acos(nV * dr.rsqrt(dr.fma(nV, nV, nT * nT)), arccosine), nT)
 
 
 def cosine_arc_from_angles(nV, nT, gamma, h0, h1):

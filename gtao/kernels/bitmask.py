@@ -22,7 +22,16 @@ import drjit as dr
 
 from . import arcs, noise
 
-__all__ = ["MAPPINGS", "jitter", "position", "sectors", "slice_map", "visible_share"]
+__all__ = [
+    "MAPPINGS",
+    "approximate_map",
+    "approximate_position",
+    "jitter",
+    "position",
+    "sectors",
+    "slice_map",
+    "visible_share",
+]
 
 MAPPINGS = ("angle", "cosine", "uniform")
 
@@ -94,6 +103,18 @@ def position(mapping, constants, start, side, c):
         return dr.fma(arcs.acos(dr.select(c < 1, c, 1)), sign / math.pi, constants[0])
     origin, along_V, along_T = constants
     return dr.fma(sign * along_V, dr.fma(-c, c, 1), dr.fma(along_T, _segment(c), origin))
+
+
+def approximate_map(nV, nT, arccosine):
+    """:func:`slice_map` of the mapping "angle" with a shader's arc cosine, :func:`gtao.kernels.arcs.fast_acos`."""
+    return (dr.fma(arcs.normal_angle(nV, nT, arccosine), -1 / math.pi, 0.5),), type(nT)(1)
+
+
+def approximate_position(constants, side, c, arccosine):
+    """:func:`position` of the mapping "angle" with a shader's arc cosine, clamped where it is an angle."""
+    c = dr.select(c > -1, dr.select(c < 1, c, 1), -1)
+    x = dr.fma(arcs.fast_acos(c, arccosine), (1 if side else -1) / math.pi, constants[0])
+    return dr.select(x > 0, dr.select(x < 1, x, 1), 0)
 
 
 def jitter(x, y, index, key):

@@ -37,16 +37,20 @@ def nearest(buffer, x, y, width, height, types):
 
 
 def nearest_of_four(buffer, x, y, width, height, types):
-    """Least of the four texels of ``buffer`` whose centres surround (x, y); the point must lie inside.
+    """Least of the four texels of ``buffer`` whose centres surround (x, y), each the nearest in the frame.
 
     A point on a texel's centre has that texel and its successors in x and y around it.
     """
+
+    def inside(v, n):
+        return dr.select(v > 0, dr.select(v < n - 1, v, n - 1), 0)
+
     x0, y0 = dr.floor(x), dr.floor(y)
-    x1, y1 = dr.select(x0 + 1 < width, x0 + 1, x0), dr.select(y0 + 1 < height, y0 + 1, y0)
-    least = None
-    for tx, ty in ((x0, y0), (x1, y0), (x0, y1), (x1, y1)):
-        z = dr.gather(types.Float, buffer, _index(tx, ty, width, height, types))
-        least = z if least is None else dr.select(z < least, z, least)
+    columns, rows = [inside(x0 + d, width) for d in (0, 1)], [inside(y0 + d, height) for d in (0, 1)]
+    four = [dr.gather(types.Float, buffer, _index(tx, ty, width, height, types)) for ty in rows for tx in columns]
+    least = four[0]
+    for z in four[1:]:
+        least = dr.select(z < least, z, least)
     return least
 
 

@@ -11,7 +11,8 @@ def small_radius_fade(radius_px, n_slices):
     return dr.select(lacking > 0, dr.select(lacking < 1, lacking, 1), 0) * (0.5 / n_slices)
 
 
-def shape(visibility, exponent, floor):
-    """max(floor, visibilityᵖ); negative rounding errors count as 0."""
+def shape(visibility, exponent, floor, ceiling):
+    """min(max(visibilityᵖ, floor), ceiling); negative rounding errors count as 0."""
     raised = dr.select(visibility > 0, visibility, 0) ** exponent
-    return dr.select(raised > floor, raised, floor)
+    raised = dr.select(raised > floor, raised, floor)
+    return dr.select(raised < ceiling, raised, ceiling)

@@ -71,4 +71,6 @@ def jitter(kind, offset, j, n):
 
     Step j of slice i has the number i + j n in it: not one after the other, and repeated where slices outnumber steps.
     """
+    if kind == "none":
+        return type(offset)(0)
     return frac(offset + j * (n * GOLDEN)) if kind == "step" else offset

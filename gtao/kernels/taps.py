@@ -38,7 +38,7 @@ def read(buffer, px, py, k: Any, types):
         z, tx, ty = fetch.linear(buffer, x, y, width, height, k.orthographic, types)
         return z, tx + (px - x), ty + (py - y)
     if k.fetch == "nearest_of_four":
-        return fetch.nearest_of_four(buffer, x, y, width, height, types), px, py
+        return fetch.nearest_of_four(buffer, px, py, width, height, types), px, py
     if k.fetch == "floor":
         x, y = dr.floor(x), dr.floor(y)
     z, tx, ty = fetch.nearest(buffer, x, y, width, height, types)

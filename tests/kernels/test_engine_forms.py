@@ -9,7 +9,7 @@ from oracles import slice_oracle
 
 import drjit as dr  # isort: skip
 
-from gtao.kernels import arcs, horizon, shaping
+from gtao.kernels import arcs, bitmask, horizon, shaping
 from gtao.kernels.accumulators import Horizon
 
 X = np.concatenate([np.linspace(-1, 1, 2001), [0.361, -0.361]])
@@ -169,6 +169,29 @@ def test_background_cosine_is_the_limit_of_far_samples(precision):
     Float = precision.Float
     mine = horizon.background_cosine(Float(X), Float(Y), tuple(Float(float(v)) for v in V), False)
     assert np.array(mine)[0] == pytest.approx(far @ V / np.linalg.norm(far), abs=max(1e-8, precision.tolerance))
+
+
+@pytest.mark.parametrize("kind", ["two_term", "bit_trick"])
+@pytest.mark.parametrize("side", [0, 1])
+def test_sectors_from_approximate_angles(precision, kind, side):
+    nV, nT = 0.7, -0.4
+    constants, weight = bitmask.approximate_map(precision.Float(nV), precision.Float(nT), kind)
+    c = np.array([-1.0, -0.95, -0.2, 0.3, 0.8, 1.0])
+    gamma = -shader_arccos(np.array(nV / math.hypot(nV, nT)), kind)
+    theta = (1 if side else -1) * shader_arccos(c, kind)
+    expected = np.clip((theta - gamma) / math.pi + 0.5, 0, 1)
+    mine = np.array(bitmask.approximate_position(constants, side, precision.lanes(c), kind), dtype=np.float64)
+    # A bit of the float32 number under the root decides between neighbouring values: 2e-7 of them.
+    assert mine == pytest.approx(expected, abs=1e-6)
+    background = bitmask.approximate_position(constants, side, precision.Float(math.nan), kind)
+    assert np.array(background)[0] == pytest.approx(side)
+    assert np.array(weight)[0] == 1
+
+
+@pytest.mark.parametrize(("value", "expected"), [(0.5, 0.25), (0.1, 0.03), (1.3, 1.5), (1.2, 1.44), (-1e-7, 0.03)])
+def test_shape_of_results(precision, value, expected):
+    mine = shaping.shape(precision.Float(value), precision.Float(2.0), precision.Float(0.03), precision.Float(1.5))
+    assert np.array(mine)[0] == pytest.approx(expected, rel=1e-6)
 
 
 @pytest.mark.parametrize(("radius_px", "expected"), [(20.0, 0.0), (10.0, 0.0), (5.0, 0.0125), (0.0, 0.025)])

@@ -43,6 +43,7 @@ def test_jitter_of_steps_goes_on_along_the_golden_ratio(precision):
         mine = np.array(steps.jitter("step", precision.Float(offset), j, n))[0]
         assert mine == pytest.approx((offset + j * n * GOLDEN) % 1, abs=precision.tolerance)
         assert np.array(steps.jitter("slice", precision.Float(offset), j, n))[0] == pytest.approx(offset)
+        assert np.array(steps.jitter("none", precision.Float(offset), j, n))[0] == 0
 
 
 WIDTH, HEIGHT = 5, 4

@@ -6,7 +6,7 @@ import drjit as dr
 
 from gtao.kernels import arcs
 
-__all__ = ["blended_length", "normal_angle", "open_arc"]
+__all__ = ["blended_length", "open_arc"]
 
 
 def open_arc(weighting, nV, nT, c0, c1, arccosine="exact", *, clamped=False):
@@ -22,17 +22,12 @@ def open_arc(weighting, nV, nT, c0, c1, arccosine="exact", *, clamped=False):
         return 0.5 * arcs.uniform_arc(c0, c1)
     if arccosine == "exact":
         return arcs.cosine_arc(nV, nT, c0, c1)
-    gamma = normal_angle(nV, nT, arccosine)
+    gamma = arcs.normal_angle(nV, nT, arccosine)
     h0, h1 = -arcs.fast_acos(c0, arccosine), arcs.fast_acos(c1, arccosine)
     if clamped:
         low, high = gamma - math.pi / 2, gamma + math.pi / 2
         h0, h1 = dr.select(h0 > low, h0, low), dr.select(h1 < high, h1, high)
     return arcs.cosine_arc_from_angles(nV, nT, gamma, h0, h1)
-
-
-def normal_angle(nV, nT, arccosine):
-    """Signed angle γ of the projected normal, from an arc cosine."""
-    return dr.copysign(arcs.fast_acos(nV * dr.rsqrt(dr.fma(nV, nV, nT * nT)), arccosine), nT)
 
 
 def blended_length(value, sl, blend):

@@ -5,9 +5,9 @@ from typing import Any
 
 import drjit as dr
 
-from gtao.kernels import horizon, thickness
+from gtao.kernels import arcs, horizon, thickness
 
-from ._arc import blended_length, normal_angle, open_arc
+from ._arc import blended_length, open_arc
 
 __all__ = ["Horizon"]
 
@@ -99,7 +99,7 @@ class Horizon:
         """Cosines of the tangent plane on both sides, with the normal's angle as approximate as the others."""
         if self.arccosine == "exact":
             return sl.start
-        sine = dr.sin(normal_angle(sl.nV, sl.nT, self.arccosine))
+        sine = dr.sin(arcs.normal_angle(sl.nV, sl.nT, self.arccosine))
         return sine, -sine
 
     def finish(self, state, sl):

@@ -16,10 +16,11 @@ class Sectors:
 
     Attributes:
         mapping, n_sectors, rounding: see :mod:`gtao.kernels.bitmask`.
+        arccosine: how the mapping "angle" finds angles, see :func:`gtao.kernels.arcs.fast_acos`.
         thickness: how far matter reaches behind a sample along its eye ray: "solid" without end, "constant" for
             ``amount`` scene units, "continuity" for ``amount`` or ``isolated`` by whether the depth of the sample is
-            within ``gap`` of the one before it, "linear" for ``amount`` times the distance from the eye, or "measured"
-            as ``layers`` say.
+            within ``gap`` of the one before it, "along_view" for ``amount`` but parallel to the shaded point's eye ray,
+            "linear" for ``amount`` times the distance from the eye, or "measured" as ``layers`` say.
         cut: how a finite radius limits it: "sphere" exactly, "sample" ignores samples beyond it, "none" not at all.
         orthographic: whether eye rays are parallel.
         radius, amount, isolated, gap: see above.
@@ -33,6 +34,7 @@ class Sectors:
     mapping: str
     n_sectors: int
     rounding: str
+    arccosine: str
     thickness: str
     cut: str
     orthographic: bool
@@ -48,7 +50,10 @@ class Sectors:
     types: Any
 
     def begin(self, sl):
-        constants, weight = bitmask.slice_map(self.mapping, sl.nV, sl.nT, sl.start)
+        if self.arccosine == "exact":
+            constants, weight = bitmask.slice_map(self.mapping, sl.nV, sl.nT, sl.start)
+        else:
+            constants, weight = bitmask.approximate_map(sl.nV, sl.nT, self.arccosine)
         xi = bitmask.jitter(sl.pixel.x, sl.pixel.y, sl.index, self.key)
         empty = tuple(self.types.UInt(0) for _ in range(0, self.n_sectors, 32))
         before = -sl.pixel.P[2]
@@ -61,10 +66,15 @@ class Sectors:
             amount = dr.select(abs(sample.z - before[side]) < self.gap, amount, self.isolated)
             before = _with(before, side, sample.z)
         for arc in self._arcs(sample, sl, amount):
-            front, back = (bitmask.position(self.mapping, constants, sl.start[side], side, c) for c in arc)
+            front, back = (self._position(constants, sl, side, c) for c in arc)
             closed = bitmask.sectors(front, back, side, xi, self.n_sectors, self.rounding)
             mine = tuple(a | b for a, b in zip(mine, closed, strict=True))
         return constants, weight, xi, _with(masks, side, mine), before
+
+    def _position(self, constants, sl, side, c):
+        if self.arccosine == "exact":
+            return bitmask.position(self.mapping, constants, sl.start[side], side, c)
+        return bitmask.approximate_position(constants, side, c, self.arccosine)
 
     def finish(self, state, sl):
         _, weight, _, masks, _ = state
@@ -85,6 +95,9 @@ class Sectors:
             return
         if self.thickness == "solid":
             back = -1
+        elif self.thickness == "along_view":
+            away = tuple(dr.fma(-amount, v, d) for d, v in zip(sample.D, sl.pixel.V, strict=True))
+            back = horizon.cosine(away, sl.pixel.V)[0]
         elif self.thickness == "linear":
             back = self._behind(sample, amount * z, sl)[0]
         else:
