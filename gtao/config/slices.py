@@ -28,7 +28,7 @@ StepLaw = Literal["strata", "offset", "at_least", "whole", "beyond"]
 StepJitter = Literal["slice", "step", "pixel", "none"]
 Border = Literal["shorten", "replicate", "clamp"]
 Arccosine = Literal["exact", "two_term", "bit_trick"]
-Noise = Literal["none", "spatial_4x4", "interleaved_gradient", "white"]
+Noise = Literal["none", "spatial_4x4", "interleaved_gradient", "interleaved_gradient_cycled", "hilbert_r2", "white"]
 Zenith = Literal["view", "optical_axis"]
 
 #: Listed azimuths are chosen from one after the other, which is fit for short lists.
@@ -71,7 +71,9 @@ class SliceMethod:
         border: where a search would leave the frame, "shorten" it; "replicate" the depth of the nearest texel beyond
             the border; or "clamp" sample positions to two texels inside.
         noise: per-pixel rotation of slices and offset of steps: "none", "spatial_4x4" (the papers', 16 directions and
-            4 offsets per 4×4 pixels), "interleaved_gradient", or "white".
+            4 offsets per 4×4 pixels), "interleaved_gradient" (which moves from frame to frame), the same with the
+            papers' rotations and offsets per frame ("interleaved_gradient_cycled"), "hilbert_r2" (a low-discrepancy
+            sequence along a Hilbert curve), or "white".
         seed: selects the sequence of the "white" noise.
         depth_bias: share of its depth by which the shaded point is pulled to the viewer, against self-occlusion.
     """

@@ -82,6 +82,61 @@ def test_interleaved_gradient_formula():
     assert np.minimum(distance, 1 - distance).max() < 53 * 8 * 2.0**-24
 
 
+def hilbert(level):
+    """[y, x] -> number along the curve, put together from quarters: down, right, up."""
+    if level == 0:
+        return np.zeros((1, 1), dtype=np.int64)
+    quarter = hilbert(level - 1)
+    n = quarter.size
+    anti_transposed = quarter[::-1, ::-1].T
+    return np.block([[quarter.T, anti_transposed + 3 * n], [quarter + n, quarter + 2 * n]])
+
+
+def test_hilbert_curve():
+    y, x = np.mgrid[:130, :130].astype(np.uint32)
+    index = noise.hilbert_index(TYPES.UInt(x.ravel()), TYPES.UInt(y.ravel()))
+    got = np.array(index).reshape(130, 130)
+    want = hilbert(6)
+    assert np.array_equal(got, np.tile(want, (3, 3))[:130, :130])
+    # Consecutive numbers are neighbours: it is a curve, and through every pixel.
+    where = np.argsort(want.ravel())
+    steps = np.abs(np.diff(where % 64)) + np.abs(np.diff(where // 64))
+    assert (steps == 1).all()
+
+
+@pytest.mark.parametrize("frame_index", [0, 1, 63, 64, 100])
+def test_r2_sequence_along_the_curve(frame_index):
+    """frac(1/2 + n (1/g, 1/g²)) with g³ = g + 1, in exact integer arithmetic on 64 bits."""
+    g = np.roots([1, 0, -1, -1]).real.max()
+    n = hilbert(6) + 288 * (frame_index % 64)
+    got = image("hilbert_r2", frame_index)
+    for values, step in zip(got, (1 / g, 1 / g**2), strict=True):
+        distance = np.abs(values - np.mod(0.5 + n * step, 1.0))
+        # Rounding of the step to 2^-32, times an index below 22240, and truncation to 2^-24.
+        assert np.minimum(distance, 1 - distance).max() < 22240 * 2.0**-33 + 2.0**-24
+
+
+def test_aligned_blocks_hold_consecutive_terms_of_the_sequence():
+    """Each 4×4 block of the curve is a stretch of 16 numbers, so its terms are those of the first one, shifted."""
+    for values in image("hilbert_r2"):
+        blocks = np.sort(values.reshape(16, 4, 16, 4).transpose(0, 2, 1, 3).reshape(-1, 16), axis=1)
+        gaps = np.sort(np.diff(blocks, axis=1, append=blocks[:, :1] + 1), axis=1)
+        assert np.abs(gaps - gaps[0]).max() < 2.0**-16
+        # White noise leaves a gap of more than a quarter in every fifth block, this in none.
+        assert gaps.max() < 0.25
+
+
+def test_cycled_gradient_noise_takes_the_turns_of_the_slides():
+    """In space that of the first frame; over time the rotations and offsets of the 4×4 pattern."""
+    rotation, offset = image("interleaved_gradient")
+    for frame_index in (0, 7, 23):
+        turn, step, _ = noise.frame_terms("spatial_4x4", frame_index, 0)
+        cycled = image("interleaved_gradient_cycled", frame_index)
+        want = np.mod(rotation + turn, 1.0), np.mod(offset + step, 1.0)
+        assert cycled[0] == pytest.approx(want[0], abs=2.0**-22)
+        assert np.array_equal(cycled[1], want[1])
+
+
 def test_white_noise_is_uniform_and_independent():
     """Fixed seeds, so the verdict never changes; each p-value is uniform if the generator is what it says."""
     p_values = []
