@@ -1,8 +1,9 @@
 """Figures and reports of results. Takes results, returns figures; computes nothing and opens no window."""
 
+from .comparing import comparison_figures
 from .comparison import Comparison, MethodResult, SceneComparison
 from .comparison_images import comparison_images, error_budget_maps, signed_error_maps
-from .comparison_report import compare_figures, compare_report
+from .comparison_report import compare_report
 from .error_bars import deviation_bars, error_budget_bar
 from .error_curves import error_against_samples, error_against_time, stratified_errors
 from .fits import coefficients, comparison, coverage, residuals, scatter
@@ -15,9 +16,9 @@ __all__ = [
     "MethodResult",
     "SceneComparison",
     "coefficients",
-    "compare_figures",
     "compare_report",
     "comparison",
+    "comparison_figures",
     "comparison_images",
     "coverage",
     "deviation_bars",

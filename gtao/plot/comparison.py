@@ -17,8 +17,8 @@ class MethodResult:
         name: Key of the method, the same on every scene: rows of the tables are joined by ``(group, name)``.
         label: What readers see.
         metrics: Numbers by name, with "rmse" among them. Known names are "rmse", "corrected_rmse", "bias", "mae",
-            "psnr", "ssim", "dssim" and "flip", as :func:`gtao.evaluate.scores` makes them; None for a number that
-            does not exist.
+            "psnr", "ssim", "dssim" and "flip", as :func:`gtao.evaluate.scores` makes them, and "field_rmse", the RMSE
+            against the height field instead of the scene; None for a number that does not exist.
         group: The table that the row belongs to, for example "18 taps per pixel" or "own defaults".
         taps: Depth samples per pixel.
         milliseconds: Time of the warm kernel for one frame.
@@ -55,7 +55,8 @@ class SceneComparison:
         mask: (H, W) pixels that were compared; all if None. The others are drawn as background.
         noise: Root of the mean variance of the truth (:func:`gtao.evaluate.noise_floor`), or None.
         limit_rmse: RMSE of the best that a single depth layer can give (the dense height-field estimate), or None.
-        budgets: :class:`gtao.evaluate.ErrorBudget` by label of the method; the first is also drawn as maps.
+        budgets: :class:`gtao.evaluate.ErrorBudget` by label of the method; our own, or else the first, is also drawn as
+            maps.
         curves: Label -> (taps per pixel, RMSE) pairs, for the error against samples.
         deviations: Label of a renderer -> (deviation, RMSE) pairs. The first pair is the estimator as published; each
             further one has one more deviation switched on.

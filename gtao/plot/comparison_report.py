@@ -6,17 +6,15 @@ from collections.abc import Mapping, Sequence
 
 from matplotlib.figure import Figure
 
-from .comparison import Comparison, MethodResult, SceneComparison
-from .comparison_images import error_budget_maps
+from .comparing import budget_overviews, figure_name, scene_figure, shown_methods
+from .comparison import Comparison, SceneComparison
 from .comparison_tables import TABLE_STYLE, Row, scene_table, settings_table, summary_rows, summary_table
-from .error_bars import deviation_bars, error_budget_bar
-from .error_curves import error_against_samples, error_against_time, stratified_errors
 from .markup import html_table, image, json_block, paragraph, section, tiles
 from .page import page
 from .viewer import VIEWER_SCRIPT, VIEWER_STYLE, viewer
 from .words import number
 
-__all__ = ["compare_figures", "compare_report"]
+__all__ = ["compare_report"]
 
 _CAPTIONS = {
     "budget": "What the error is made of. Coloured: the mean square of each step from the truth to the estimate. "
@@ -29,63 +27,37 @@ _CAPTIONS = {
 }
 
 #: Figures that stand two in a row.
-_NARROW = ("budget", "deviations", "samples", "time")
+_NARROW = ("budget", "budget_maps", "samples", "time")
+
+#: Images of methods on a page, a quarter of a megabyte each at 512x512; and on a scene, however many there are.
+_IMAGES, _FEWEST_IMAGES = 80, 4
 
 _STYLE = """
 .columns { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(34rem, 100%), 1fr)); gap: 0 1.5rem; }
 pre.command { padding: .8rem 1rem; background: var(--card); border: 1px solid var(--line); border-radius: .6rem; }
 """
 
-_ERRORS_NOTE = (
-    "Errors are those of the visibility of all pixels that show a surface, against rays of the same reach. The RMSE "
-    "contains the noise of the truth itself, which is printed with each scene; “no noise” has it taken out."
+_ERRORS_NOTE = "Errors are those of the visibility of all pixels that show a surface, against rays of the same reach."
+_NOISE_NOTE = (
+    "The RMSE contains the noise of the truth itself, which is printed with each scene; “no noise” has it taken out."
 )
 
 
-def compare_figures(scene: SceneComparison) -> dict[str, Figure]:
-    """All figures of one scene by name.
-
-    Args:
-        scene: What was measured.
-
-    Returns:
-        Those of "budget", "budget_maps", "samples", "time", "deviations" and "strata" that there are data for.
-    """
-    levels = {"noise": scene.noise, "limit": scene.limit_rmse}
-    ours = [m.label for m in scene.methods if m.ours]
-    figures = {}
-    if scene.budgets:
-        label, first = next(iter(scene.budgets.items()))
-        figures["budget"] = error_budget_bar(scene.budgets, title=f"Error budget, {scene.name}")
-        figures["budget_maps"] = error_budget_maps(first, title=f"{label}, {scene.name}")
-    if scene.curves:
-        figures["samples"] = error_against_samples(
-            scene.curves, **levels, ours=ours, title=f"Error against samples, {scene.name}"
-        )
-    times = _times(scene)
-    if times:
-        figures["time"] = error_against_time(times, **levels, ours=ours, title=f"Error against time, {scene.name}")
-    if scene.deviations:
-        figures["deviations"] = deviation_bars(scene.deviations, limit=scene.limit_rmse)
-    if scene.strata:
-        figures["strata"] = stratified_errors(scene.strata, ours=ours)
-    return figures
-
-
-def compare_report(comparison: Comparison, *, figures: Mapping[str, Mapping[str, Figure]] | None = None) -> str:
+def compare_report(comparison: Comparison, *, figures: Mapping[str, Figure] | None = None) -> str:
     """The report as one HTML page.
 
     Args:
         comparison: What was measured.
-        figures: Scene -> figures of :func:`compare_figures`; drawn where left out.
+        figures: From :func:`comparison_figures`; what is missing is drawn.
 
     Returns:
-        HTML with its images, styles and script inside; it needs no network, and reads well without the script.
+        HTML with its images, styles and script inside; it needs no network, and reads well without the script. With
+        many scenes it shows the images of the best methods only, so that a browser can hold it.
     """
-    drawn = figures or {}
-    sections = [_headline(comparison), _overview(comparison)]
-    for i, scene in enumerate(comparison.scenes):
-        sections.append(_scene(scene, drawn.get(scene.name) or compare_figures(scene), f"scene-{i}"))
+    drawn = {} if figures is None else figures
+    sections = [_headline(comparison), _overview(comparison, drawn)]
+    n_images = max(_FEWEST_IMAGES, _IMAGES // len(comparison.scenes))
+    sections += [_scene(scene, drawn, n_images, f"scene-{i}") for i, scene in enumerate(comparison.scenes)]
     sections.append(_repeat(comparison))
     return page(comparison.title, "\n".join(sections), style=VIEWER_STYLE + TABLE_STYLE + _STYLE, script=VIEWER_SCRIPT)
 
@@ -98,11 +70,13 @@ def _headline(comparison: Comparison) -> str:
         cells.append(_tile(rows[0], group, len(comparison.scenes)))
     n_methods = len({m.name for scene in comparison.scenes for m in scene.methods})
     n_scenes = len(comparison.scenes)
+    noisy = any(scene.noise for scene in comparison.scenes)
+    note = f"{_ERRORS_NOTE} {_NOISE_NOTE}" if noisy else _ERRORS_NOTE
     lead = f"{n_methods} method{'s' * (n_methods != 1)} on {n_scenes} scene{'s' * (n_scenes != 1)}"
     links = " · ".join(f"<a href='#scene-{i}'>{html.escape(s.name)}</a>" for i, s in enumerate(comparison.scenes))
     return (
         f"<section><p class=lead>{lead}: {links}</p>{tiles(cells)}{''.join(map(paragraph, comparison.notes))}"
-        f"{paragraph(_ERRORS_NOTE)}{''.join(tables)}</section>"
+        f"{paragraph(note)}{''.join(tables)}</section>"
     )
 
 
@@ -112,56 +86,48 @@ def _tile(best: Row, group: str, n_scenes: int) -> tuple[str, str]:
     return f"{best.rmse:.4f}", f"lowest RMSE{where}:<br><strong>{html.escape(best.label)}</strong>{wins}"
 
 
-def _overview(comparison: Comparison) -> str:
-    """The budgets of one method over all scenes, where there are several scenes."""
-    labels = dict.fromkeys(label for scene in comparison.scenes for label in scene.budgets)
-    if len(comparison.scenes) < 2 or not labels:
+def _overview(comparison: Comparison, drawn: Mapping[str, Figure]) -> str:
+    """Budgets over all scenes, where there are several scenes."""
+    known = {name: drawn[name] for name in drawn if name.startswith("budget_")}
+    figures = [image(figure, "Error budget, all scenes") for figure in (known or budget_overviews(comparison)).values()]
+    if not figures:
         return ""
-    parts = []
-    for label in labels:
-        budgets = {scene.name: scene.budgets[label] for scene in comparison.scenes if label in scene.budgets}
-        parts.append(image(error_budget_bar(budgets, title=f"Error budget of {label}"), label))
-    return section("Where the error comes from", paragraph(_CAPTIONS["budget"]), _columns(parts))
+    return section("Where the error comes from", paragraph(_CAPTIONS["budget"]), _columns(figures))
 
 
-def _scene(scene: SceneComparison, figures: Mapping[str, Figure], anchor: str) -> str:
+def _scene(scene: SceneComparison, drawn: Mapping[str, Figure], n_images: int, anchor: str) -> str:
     facts = ["occluders at any distance" if math.isinf(scene.radius) else f"occluders within {scene.radius:g}"]
     if scene.noise is not None:
         facts.append(f"noise of the truth {scene.noise:.4f}")
     if scene.limit_rmse is not None:
         facts.append(f"limit of one depth layer {scene.limit_rmse:.4f} (tick on the bars)")
-    shown = _shown(scene)
-    parts = [f"<p class=lead>{' · '.join(facts)}</p>", *map(paragraph, scene.notes)]
-    if shown:
-        captions = {label: f"RMSE {m.metrics['rmse']:.4f}" + _bias(m.metrics.get("bias")) for label, m in shown.items()}
-        best = min(shown, key=lambda label: (not shown[label].ours, shown[label].metrics["rmse"]))
-        pictures = {label: m.visibility for label, m in shown.items()}
-        parts.append(viewer(scene.truth, pictures, mask=scene.mask, captions=captions, ours=best))
+    parts = [f"<p class=lead>{' · '.join(facts)}</p>", *map(paragraph, scene.notes), _viewer(scene, n_images)]
     parts.append(scene_table(scene))
-    narrow = [image(figures[name], _CAPTIONS[name]) for name in _NARROW if name in figures]
-    wide = [image(figure, _CAPTIONS.get(name, name)) for name, figure in figures.items() if name not in _NARROW]
-    return section(scene.name, *parts, _columns(narrow), *wide, anchor=anchor)
+    figures = {}
+    for kind, caption in _CAPTIONS.items():
+        figure = drawn.get(figure_name(scene.name, kind)) or scene_figure(scene, kind)
+        if figure is not None:
+            figures[kind] = image(figure, caption)
+    narrow = [figures.pop(kind) for kind in _NARROW if kind in figures]
+    return section(scene.name, *parts, _columns(narrow), *figures.values(), anchor=anchor)
+
+
+def _viewer(scene: SceneComparison, n_images: int) -> str:
+    methods = shown_methods(scene)
+    if not methods:
+        return ""
+    # Ours first, then by error; what is kept stays sorted by error alone.
+    kept = sorted(methods, key=lambda label: not methods[label].ours)[:n_images]
+    shown = {label: m for label, m in methods.items() if label in kept}
+    captions = {label: f"RMSE {m.metrics['rmse']:.4f}" + _bias(m.metrics.get("bias")) for label, m in shown.items()}
+    pictures = {label: m.visibility for label, m in shown.items()}
+    note = "" if len(shown) == len(methods) else f"The {len(shown)} best of {len(methods)} methods that have an image."
+    return viewer(scene.truth, pictures, mask=scene.mask, captions=captions, ours=kept[0]) + paragraph(note)
 
 
 def _columns(figures: Sequence[str]) -> str:
     """Two figures in a row, where the window is wide enough."""
     return f"<div class=columns>{''.join(figures)}</div>" if figures else ""
-
-
-def _shown(scene: SceneComparison) -> dict[str, MethodResult]:
-    """Methods that have an image, the lowest RMSE first, by a label that is theirs alone."""
-    methods = sorted((m for m in scene.methods if m.visibility is not None), key=lambda m: m.metrics["rmse"])
-    labels = [m.label for m in methods]
-    return {m.label if labels.count(m.label) == 1 else f"{m.label}, {m.group or m.name}": m for m in methods}
-
-
-def _times(scene: SceneComparison) -> dict[str, list[tuple[float, float]]]:
-    """(milliseconds, RMSE) of every method that was timed, all its groups together."""
-    times: dict[str, list[tuple[float, float]]] = {}
-    for m in scene.methods:
-        if m.milliseconds is not None:
-            times.setdefault(m.label, []).append((m.milliseconds, m.metrics["rmse"]))
-    return times
 
 
 def _bias(value: float | None) -> str:
@@ -177,6 +143,7 @@ def _repeat(comparison: Comparison) -> str:
         parts.append(html_table(["", "version"], rows))
     settings = settings_table(comparison)
     if settings:
-        parts.append(f"<details><summary>Settings of the methods</summary>{settings}</details>")
+        words = f"Settings of the methods, on {html.escape(comparison.scenes[0].name)}"
+        parts.append(f"<details><summary>{words}</summary>{settings}</details>")
     parts.append(json_block(comparison.record))
     return section("How to repeat it", *parts) if any(parts) else ""

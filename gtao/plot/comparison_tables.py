@@ -32,6 +32,7 @@ abbr { text-decoration: none; border-bottom: 1px dotted var(--muted); cursor: he
 #: Metric, heading, what it says, format.
 _METRICS = (
     ("corrected_rmse", "no noise", "RMSE after the noise of the truth has been taken out", ".4f"),
+    ("field_rmse", "to field", "RMSE against the brute-force march of the depth buffer", ".4f"),
     ("bias", "bias", "mean of estimate minus truth: positive is too bright", "+.4f"),
     ("mae", "MAE", "mean absolute error", ".4f"),
     ("psnr", "PSNR", "peak signal-to-noise ratio in dB: higher is better", ".1f"),
@@ -143,14 +144,15 @@ def scene_table(scene: SceneComparison) -> str:
 
 
 def settings_table(comparison: Comparison) -> str:
-    """Each method's settings, once per group; nothing where none are given."""
-    found: dict[tuple[str, str, str], None] = {}
-    for scene in comparison.scenes:
-        for m in scene.methods:
-            if m.settings:
-                found[m.group, m.label, m.settings] = None
+    """Each method's settings on the first scene that has it, by group; nothing where none are given."""
+    found: dict[tuple[str, str], str] = {}
+    for group in comparison.groups():
+        for m in (m for scene in comparison.scenes for m in scene.methods):
+            if m.group == group and m.settings:
+                found.setdefault((group, m.label), m.settings)
     rows = [
-        [html.escape(label), html.escape(group), f"<code>{html.escape(text)}</code>"] for group, label, text in found
+        [html.escape(label), html.escape(group), f"<code>{html.escape(text)}</code>"]
+        for (group, label), text in found.items()
     ]
     return html_table(["method", "group", "settings"], rows) if rows else ""
 

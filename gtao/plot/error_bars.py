@@ -10,7 +10,7 @@ from matplotlib.patches import Patch
 
 from gtao.errors import ShapeError
 
-from .style import BEHIND_TEXT, INK, MUTED, PUBLISHED, REFIT, method_styles, new_figure, styled
+from .style import BEHIND_TEXT, INK, MUTED, PUBLISHED, REFIT, grid_shape, hide_unused, method_styles, new_figure, styled
 from .words import number
 
 __all__ = ["deviation_bars", "error_budget_bar"]
@@ -81,20 +81,23 @@ def deviation_bars(deviations: Mapping[str, Sequence[tuple[str, float]]], *, lim
         limit: RMSE of the best that a single depth layer gives, drawn as a line.
 
     Returns:
-        One panel per renderer, read from top to bottom: full bars for the first and last RMSE, floating bars between
-        for what each deviation adds (vermilion) or takes away (blue).
+        One panel per renderer, two in a row, read from top to bottom: full bars for the first and last RMSE, floating
+        bars between for what each deviation adds (vermilion) or takes away (blue).
 
     Raises:
         ShapeError: There is no renderer, or one without a pair.
     """
     if not deviations or not all(deviations.values()):
         raise ShapeError("there are no deviations to draw; give at least one renderer with one (name, RMSE) pair")
-    rows = [len(steps) + (len(steps) > 1) for steps in deviations.values()]
+    rows, columns = grid_shape(len(deviations), 2)
+    lengths = [len(steps) + (len(steps) > 1) for steps in deviations.values()]
+    heights = [max(lengths[row * columns : (row + 1) * columns]) for row in range(rows)]
     figure, grid = new_figure(
-        len(rows), 1, cell=(6.4, (0.6 * len(rows) + 0.3 * sum(rows)) / len(rows)), sharex=True, height_ratios=rows
+        rows, columns, cell=(6.0, 0.7 + 0.27 * sum(heights) / rows), sharex=True, height_ratios=heights
     )
     top = max(value for steps in deviations.values() for _, value in steps)
-    for axis, (engine, steps) in zip(grid[:, 0], deviations.items(), strict=True):
+    panels = zip(hide_unused(grid, len(lengths)), deviations.items(), strict=True)
+    for i, (axis, (engine, steps)) in enumerate(panels):
         bars = [(steps[0][0], 0.0, steps[0][1], MUTED)]
         for (_, before), (name, after) in itertools.pairwise(steps):
             bars.append((name, before, after, PUBLISHED if after > before else REFIT))
@@ -110,11 +113,12 @@ def deviation_bars(deviations: Mapping[str, Sequence[tuple[str, float]]], *, lim
             if y + 1 < len(bars):
                 axis.plot([after] * 2, [y - 0.33, y + 1.33], color=INK, linewidth=0.6)
         axis.set(yticks=range(len(bars)), yticklabels=[bar[0] for bar in bars], xlim=(0, 1.12 * top or 1.0))
-        axis.invert_yaxis()
+        axis.set_ylim(heights[i // columns] - 0.5, -0.5)
+        axis.tick_params(labelbottom=True)
         axis.grid(visible=False, axis="y")
         axis.set_title(engine)
         if limit is not None:
             axis.axvline(limit, color=INK, linewidth=1.0, linestyle=(0, (6, 3)), zorder=0.9)
     note = "" if limit is None else "  (dashed: limit of one depth layer)"
-    grid[-1, 0].set_xlabel(f"RMSE against the truth{note}")
+    figure.supxlabel(f"RMSE against the truth{note}", fontsize=9)
     return figure

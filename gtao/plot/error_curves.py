@@ -1,11 +1,12 @@
 """Error against samples, against time and by circumstance, one line or mark per method."""
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
@@ -46,12 +47,11 @@ def error_against_samples(
     Raises:
         ShapeError: There is no curve, or a number is not positive.
     """
-    figure, axis = _log_axes(curves, "depth samples per pixel", title)
+    figure, axis = _log_axes(curves, "depth samples per pixel", title, noise, limit)
     styles = method_styles(curves, ours)
     for label, points in curves.items():
         x, y = np.array(sorted(points)).T
         axis.plot(x, y, label=label, markersize=5, **styles[label])
-    _levels(axis, noise, limit)
     figure.legend(loc="outside lower center", ncols=2)
     return figure
 
@@ -81,12 +81,11 @@ def error_against_time(
         ShapeError: There is no point, or a number is not positive.
     """
     joined = {label: np.atleast_2d(np.asarray(value, dtype=float)) for label, value in points.items()}
-    figure, axis = _log_axes(joined, "milliseconds per frame, warm", title)
+    figure, axis = _log_axes(joined, "milliseconds per frame, warm", title, noise, limit)
     styles = method_styles(joined, ours)
     for label, values in joined.items():
         x, y = values[np.argsort(values[:, 0])].T
         axis.plot(x, y, label=label, markersize=7, **styles[label])
-    _levels(axis, noise, limit)
     figure.legend(loc="outside lower center", ncols=2)
     return figure
 
@@ -147,8 +146,10 @@ def _bins(quantity: str, edges: np.ndarray) -> list[str]:
     return [f"≥{a:.3g}" if np.isinf(b) else f"<{b:.3g}" if np.isinf(a) else f"{a:.3g}–{b:.3g}" for a, b in pairs]
 
 
-def _log_axes(series: Mapping[str, Any], xlabel: str, title: str) -> tuple[Figure, Axes]:
-    """Empty logarithmic axes with readable ticks around all points."""
+def _log_axes(
+    series: Mapping[str, Any], xlabel: str, title: str, noise: float | None, limit: float | None
+) -> tuple[Figure, Axes]:
+    """Logarithmic axes around all points, with readable ticks and the lines that no method can pass."""
     values = np.concatenate([np.asarray(v, dtype=float).reshape(-1, 2) for v in series.values()] or [np.zeros((0, 2))])
     if not len(values) or not np.all(np.isfinite(values) & (values > 0)):
         raise ShapeError(f"{title}: there must be at least one point, and all numbers positive and finite")
@@ -156,33 +157,35 @@ def _log_axes(series: Mapping[str, Any], xlabel: str, title: str) -> tuple[Figur
     axis = grid[0, 0]
     axis.set(xscale="log", yscale="log", xlabel=xlabel, ylabel="RMSE against the truth")
     axis.set_title(title)
-    for line, column in ((axis.xaxis, values[:, 0]), (axis.yaxis, values[:, 1])):
-        low, high = float(column.min()), float(column.max())
-        line.set_major_locator(FixedLocator(_ticks(low / 1.6, high * 1.6)))
-        line.set_minor_locator(NullLocator())
-        line.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
+    levels = {"noise of the truth": (noise, (0, (1, 1.5))), "limit of one depth layer": (limit, (0, (6, 3)))}
+    drawn = {name: (value, dash) for name, (value, dash) in levels.items() if value is not None and value > 0}
+    _scale(axis.xaxis, axis.set_xlim, values[:, 0])
+    _scale(axis.yaxis, axis.set_ylim, np.concatenate([values[:, 1], [value for value, _ in drawn.values()]]))
+    for name, (value, dash) in drawn.items():
+        axis.axhline(value, color=INK, linewidth=1.0, linestyle=dash, zorder=1)
+        axis.annotate(
+            name, (1, value), xycoords=("axes fraction", "data"), xytext=(-3, 3), textcoords="offset points",
+            ha="right", va="bottom", fontsize=7.5, color=INK, bbox=BEHIND_TEXT,
+        )  # fmt: skip
     return figure, axis
+
+
+def _scale(line: Axis, set_limits: Callable[..., Any], values: np.ndarray) -> None:
+    """Limits around all values, a tenth of the range but at least a quarter of a value away, and ticks between."""
+    low, high = float(values.min()), float(values.max())
+    margin = max(1.25, (high / low) ** 0.1)
+    low, high = low / margin, high * margin
+    set_limits(low, high)
+    line.set_major_locator(FixedLocator(_ticks(low, high)))
+    line.set_minor_locator(NullLocator())
+    line.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
 
 
 def _ticks(low: float, high: float) -> list[float]:
     """Round numbers from low to high, as many as fit an axis."""
     decades = range(int(np.floor(np.log10(low))), int(np.ceil(np.log10(high))) + 1)
     for steps in _DECADES:
-        ticks = [s * 10.0**d for d in decades for s in steps if low <= s * 10.0**d <= high]
+        ticks = [float(f"{s}e{d}") for d in decades for s in steps if low <= s * 10.0**d <= high]
         if len(ticks) <= 9:
             return ticks
     return ticks
-
-
-def _levels(axis: Axes, noise: float | None, limit: float | None) -> None:
-    """Horizontal lines that no method can pass, with their names on them."""
-    for value, name, dash in (
-        (noise, "noise of the truth", (0, (1, 1.5))),
-        (limit, "limit of one depth layer", (0, (6, 3))),
-    ):
-        if value is not None and value > 0:
-            axis.axhline(value, color=INK, linewidth=1.0, linestyle=dash, zorder=1)
-            axis.annotate(
-                name, (1, value), xycoords=("axes fraction", "data"), xytext=(-3, 3), textcoords="offset points",
-                ha="right", va="bottom", fontsize=7.5, color=INK, bbox=BEHIND_TEXT,
-            )  # fmt: skip

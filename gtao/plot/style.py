@@ -47,8 +47,10 @@ NO_VALUE = "#c9d3de"
 #: Number of samples: white where there are none.
 DENSITY = LinearSegmentedColormap.from_list("gtao_density", ["#ffffff", "#c3cbd4", "#7c8794", "#39424d"])
 
-#: Signed errors: blue too dark, red too bright, white right.
-SIGNED = LinearSegmentedColormap.from_list("gtao_signed", ["#054a91", "#6ba3d6", "#f7f7f7", "#e58a5b", "#8f2d06"])
+#: Signed errors: blue too dark, red too bright, white right. An odd number of colours has one in the middle.
+SIGNED = LinearSegmentedColormap.from_list(
+    "gtao_signed", ["#054a91", "#6ba3d6", "#f7f7f7", "#e58a5b", "#8f2d06"], N=257
+)
 
 #: Box that keeps lines from running through a text.
 BEHIND_TEXT: dict[str, Any] = {"facecolor": "white", "alpha": 0.92, "edgecolor": "none", "pad": 0.8}

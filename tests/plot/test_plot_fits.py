@@ -4,13 +4,13 @@ import math
 import re
 import subprocess
 import sys
-from html.parser import HTMLParser
 
 import matplotlib as mpl
 import numpy as np
 import pytest
 from fit import _synthetic as synthetic
 from matplotlib.figure import Figure
+from plot._pages import Checker
 
 import gtao
 from gtao import fit, plot
@@ -149,35 +149,6 @@ def test_every_kind_of_refit_can_be_drawn_and_reported(n_scenes, kwargs, missing
         assert "geometric tail" in page
     if "constraints" in kwargs:
         assert "energy bound" in page
-
-
-class Checker(HTMLParser):
-    """Every tag is closed, every resource is inside, nothing is fetched or run."""
-
-    VOID = ("meta", "img", "br")
-
-    def check(self, page, n_images):
-        self.open, self.images, self.tags = [], 0, set()
-        self.feed(page)
-        assert self.open == []
-        assert self.images == n_images
-        assert not self.tags & {"script", "link", "iframe"}
-        assert "url(" not in page
-        assert not re.search(r"https?://", page)
-
-    def handle_starttag(self, tag, attrs):
-        self.tags.add(tag)
-        values = dict(attrs)
-        if tag == "img":
-            self.images += 1
-            assert values["src"].startswith("data:image/png;base64,iVBOR")
-            assert values["alt"]
-        assert not any(name.startswith("on") for name in values)
-        if tag not in self.VOID:
-            self.open.append(tag)
-
-    def handle_endtag(self, tag):
-        assert self.open.pop() == tag
 
 
 def test_report_says_what_was_found(parts):
