@@ -8,7 +8,7 @@ import drjit as dr
 from . import backend
 from .camera import OrthographicCamera, PerspectiveCamera
 from .errors import ShapeError
-from .kernels import fetch, normals
+from .kernels import fetch, normals, pyramid
 from .layers import DepthLayers
 from .tensors import to_tensor, window
 
@@ -59,6 +59,7 @@ class GBuffer:
         self.shape: tuple[int, int] = camera.shape
         self.view_z = to_tensor(view_z, "view_z", self.shape)
         self._affine_field: Any = None
+        self._pyramid: tuple[Any, Any] = (None, None)
         self.mask = self._check_depth()
         self.normals_derived = normal_v is None
         if normal_v is None:
@@ -129,6 +130,18 @@ class GBuffer:
                 return field
             self._affine_field = field
         return self._affine_field
+
+    def depth_pyramid(self, table: pyramid.Table, name: str, start: float, end: float):
+        """Depth at several resolutions; see :func:`gtao.kernels.pyramid.build`. The last one made is kept."""
+        key, attached = (table, name, start, end), dr.grad_enabled(self.view_z)
+        if attached or self._pyramid[0] != key:
+            bounds = (dr.opaque(self.types.Float, value) for value in (start, end))
+            levels = pyramid.build(self.view_z.array, table, name, *bounds, self.types)
+            dr.eval(levels)
+            if attached:
+                return levels
+            self._pyramid = key, levels
+        return self._pyramid[1]
 
     def normal_arrays(self):
         """The normals as an Array3."""

@@ -15,6 +15,7 @@ from .gtao import GTAO
 from .hbao import HBAO
 from .named import NAMED, NamedMethod, named, with_budget
 from .pipeline import Pipeline
+from .pyramid import DepthPyramid
 from .slices import SliceMethod
 from .thickness import (
     ConstantThickness,
@@ -32,6 +33,7 @@ __all__ = [
     "ConstantThickness",
     "ContinuityThickness",
     "DepthCut",
+    "DepthPyramid",
     "Deviation",
     "EdgeAwareFilter",
     "IndexFalloff",
@@ -59,6 +61,7 @@ register(GTAO, HBAO, VisibilityBitmask, Pipeline)
 register(LinearFalloff, QuadraticFalloff, IndexFalloff, SampleCut, NoCut)
 register(RunningThickness, DepthCut, ConstantThickness, ContinuityThickness, LinearThickness, MeasuredThickness)
 register(EdgeAwareFilter, SpatialFilter, PlaneAwareFilter)
+register(DepthPyramid)
 
 
 def method_from_dict(data: dict[str, Any]) -> Any:

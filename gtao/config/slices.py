@@ -6,8 +6,9 @@ from typing import Any, Literal
 
 from gtao.errors import ConfigError
 
-from ._checks import check_choice, check_count, check_flag, check_number, check_positive
+from ._checks import check_choice, check_count, check_flag, check_instance, check_number, check_positive
 from .codec import to_dict
+from .pyramid import DepthPyramid
 
 __all__ = [
     "Arccosine",
@@ -75,6 +76,7 @@ class SliceMethod:
             papers' rotations and offsets per frame ("interleaved_gradient_cycled"), "hilbert_r2" (a low-discrepancy
             sequence along a Hilbert curve), or "white".
         seed: selects the sequence of the "white" noise.
+        pyramid: coarser depth for far samples, with the "nearest" fetch only.
         depth_bias: share of its depth by which the shaded point is pulled to the viewer, against self-occlusion.
     """
 
@@ -95,6 +97,7 @@ class SliceMethod:
     border: Border = "shorten"
     noise: Noise = "spatial_4x4"
     seed: int = 0
+    pyramid: DepthPyramid | None = None
     depth_bias: float = 0.0
 
     def __post_init__(self) -> None:
@@ -125,6 +128,7 @@ class SliceMethod:
             raise ConfigError(f"border {self.border!r} needs a finite radius, max_radius_px or max_radius_share")
         check_choice("noise", self.noise, Noise)
         check_count("seed", self.seed, 0, 2**32 - 1)
+        self._check_pyramid()
         if not 0 <= check_number("depth_bias", self.depth_bias) <= 0.1:
             raise ConfigError(f"depth_bias must lie in [0, 0.1], got {self.depth_bias}")
 
@@ -137,6 +141,15 @@ class SliceMethod:
         end, farthest = getattr(falloff, "end", 0.0), max(self.radius, self.search_radius)
         if end > farthest * (1 + 1e-6):
             raise ConfigError(f"falloff end {end} lies beyond the radius {farthest}")
+
+    def _check_pyramid(self) -> None:
+        check_instance("pyramid", self.pyramid, DepthPyramid)
+        if self.pyramid is None:
+            return
+        if self.fetch != "nearest":
+            raise ConfigError(f"a pyramid is read with fetch 'nearest' only, got {self.fetch!r}")
+        if self.pyramid.filter == "weighted" and math.isinf(self.radius):
+            raise ConfigError("a weighted pyramid needs a finite radius, or a filter of 'min', 'max' or 'average'")
 
     def _check_angles(self) -> None:
         if self.slice_angles is None:

@@ -5,15 +5,18 @@ from typing import Any
 
 import drjit as dr
 
-from gtao.config import SliceMethod
+from gtao.config import LinearFalloff, SliceMethod
 from gtao.errors import ConfigError
 from gtao.gbuffer import GBuffer
-from gtao.kernels import march, noise, steps
+from gtao.kernels import march, noise, pyramid, steps
 
 __all__ = ["march_frame", "opaque"]
 
 #: A search limited to a share of the frame is limited to this many pixels at least.
 SHORTEST_SHARE_PX = 16.0
+
+#: Share of the radius over which nearer texels of a weighted pyramid fade out, where no linear falloff says it.
+DEFAULT_RANGE = 0.615
 
 _INTERPOLATING = ("linear", "bilinear")
 
@@ -51,6 +54,7 @@ def _switches(g: GBuffer, method: Any, *, unlimited: bool) -> march.Switches:
         step_law=method.step_law,
         step_jitter=method.step_jitter,
         border=method.border,
+        pyramid=None if method.pyramid is None else pyramid.Table.of(width, height, method.pyramid.n_levels),
         unlimited=unlimited,
         clamp_px=not math.isinf(_longest_px(g, method)),
         pulled=method.depth_bias > 0,
@@ -70,11 +74,23 @@ def _scalars(g: GBuffer, method: SliceMethod, radius: float, frame_index: int) -
         "radius": radius,
         "min_step_px": method.min_step_px,
         "max_radius_px": _longest_px(g, method),
+        "level_scale": 1.0 if method.pyramid is None else 2 ** (0.5 - method.pyramid.level_offset),
         "pull": 1 - method.depth_bias,
         "frame_rotation": rotation,
         "frame_offset": offset,
     }
     return march.Scalars(**{name: opaque(g, value) for name, value in values.items()}, key=dr.opaque(T.UInt, key))
+
+
+def _near_and_far(method: Any) -> tuple[float, float]:
+    """Depth differences between which the weighted filter of a pyramid lets go of nearer texels."""
+    if method.pyramid.filter != "weighted":
+        return 0.0, 1.0  # not looked at, so that every radius may share one pyramid
+    radius, falloff = method.search_radius, getattr(method, "falloff", None)
+    start, end = (1 - DEFAULT_RANGE) * radius, radius
+    if isinstance(falloff, LinearFalloff):
+        start, end = falloff.start, falloff.end
+    return pyramid.RANGE_FACTOR * start, pyramid.RANGE_FACTOR * end
 
 
 def march_frame(g: GBuffer, method: Any, accumulator: Any, radius: float, frame_index: int):
@@ -97,6 +113,8 @@ def march_frame(g: GBuffer, method: Any, accumulator: Any, radius: float, frame_
         field = g.affine_field()
         # The sign marks depth edges, which "bilinear" does not know.
         field = abs(field) if switches.fetch == "bilinear" else field
+    elif switches.pyramid is not None:
+        field = g.depth_pyramid(switches.pyramid, method.pyramid.filter, *_near_and_far(method))
     n = g.normal_arrays()
     scalars = _scalars(g, method, radius, frame_index)
     return march.march(g.view_z.array, field, (n.x, n.y, n.z), accumulator, switches, scalars, g.types)

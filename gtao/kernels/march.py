@@ -14,7 +14,7 @@ from typing import Any
 
 import drjit as dr
 
-from . import hbao, horizon, noise, reach, slices, steps, taps
+from . import hbao, horizon, noise, pyramid, reach, slices, steps, taps
 
 __all__ = ["Pixel", "Sample", "Scalars", "Slice", "Switches", "march"]
 
@@ -38,6 +38,7 @@ class Switches:
     step_law: str
     step_jitter: str
     border: str
+    pyramid: pyramid.Table | None  # levels of the buffer that samples are read from
     unlimited: bool  # the radius is infinite
     clamp_px: bool
     pulled: bool  # the shaded point is moved toward the viewer
@@ -66,6 +67,7 @@ class Scalars:
     radius: Any
     min_step_px: Any
     max_radius_px: Any
+    level_scale: Any  # of distances in pixels, see :func:`gtao.kernels.pyramid.level`
     pull: Any  # factor of the shaded point's depth
     frame_rotation: Any
     frame_offset: Any
@@ -121,7 +123,7 @@ def march(view_z, field, normal, accumulator, k: Switches, s: Scalars, types):
 
     Args:
         view_z: flat depth along the optical axis, inf on the background.
-        field: the buffer that samples are read from: ``view_z`` too, or what
+        field: the buffer that samples are read from: ``view_z`` too, a pyramid of it, or what
             :func:`gtao.kernels.fetch.affine_field` made for the fetches that interpolate.
         normal: three flat arrays, unit normals in the view frame.
         accumulator: see the module's text.
@@ -143,8 +145,9 @@ def march(view_z, field, normal, accumulator, k: Switches, s: Scalars, types):
     rotation, offset = noise.pattern(k.noise, xi, yi, s.frame_rotation, s.frame_offset, s.key, Float)
     m = None if k.unlimited else reach.sphere_extent(k, s.radius, z, pixel.p)
 
-    def sample(px, py, j):
-        zs, px, py = taps.read(field, px, py, k, types)
+    def sample(px, py, d, j):
+        level = None if k.pyramid is None else pyramid.level(d, s.level_scale, k.pyramid, types)
+        zs, px, py = taps.read(field, px, py, level, k, types)
         X, Y = dr.fma(px, s.ax, s.bx), dr.fma(py, s.ay, s.by)
         if k.orthographic:
             D = (X - P[0], Y - P[1], z - zs)
@@ -161,8 +164,8 @@ def march(view_z, field, normal, accumulator, k: Switches, s: Scalars, types):
             d0, d1 = (
                 steps.distance(k.step_law, j, xi, k.n_steps, k.step_exponent, side.least, side.reach) for side in sides
             )
-            state = accumulator.add(state, 0, sample(dr.fma(-dx, d0, x), dr.fma(-dy, d0, y), j), sl)
-            state = accumulator.add(state, 1, sample(dr.fma(dx, d1, x), dr.fma(dy, d1, y), j), sl)
+            state = accumulator.add(state, 0, sample(dr.fma(-dx, d0, x), dr.fma(-dy, d0, y), d0, j), sl)
+            state = accumulator.add(state, 1, sample(dr.fma(dx, d1, x), dr.fma(dy, d1, y), d1, j), sl)
         return state
 
     def slice_value(i, c, q, off):

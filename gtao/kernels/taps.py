@@ -4,7 +4,7 @@ from typing import Any
 
 import drjit as dr
 
-from . import fetch
+from . import fetch, pyramid
 
 __all__ = ["centre_depth", "read"]
 
@@ -16,11 +16,13 @@ def _within(value, low, high):
     return dr.select(value > low, dr.select(value < high, value, high), low)
 
 
-def read(buffer, px, py, k: Any, types):
+def read(buffer, px, py, level, k: Any, types):
     """Depth at the point (px, py) and the point that it belongs to.
 
     Args:
-        buffer: flat ``view_z``; for the interpolating fetches what :func:`gtao.kernels.fetch.affine_field` made.
+        buffer: flat ``view_z``; for the interpolating fetches what :func:`gtao.kernels.fetch.affine_field` made; with a
+            pyramid, what :func:`gtao.kernels.pyramid.build` made.
+        level: of the pyramid, if there is one.
         k: :class:`gtao.kernels.march.Switches`.
 
     Returns:
@@ -41,7 +43,11 @@ def read(buffer, px, py, k: Any, types):
         return fetch.nearest_of_four(buffer, px, py, width, height, types), px, py
     if k.fetch == "floor":
         x, y = dr.floor(x), dr.floor(y)
-    z, tx, ty = fetch.nearest(buffer, x, y, width, height, types)
+    if level is None:
+        z, tx, ty = fetch.nearest(buffer, x, y, width, height, types)
+    else:
+        tx, ty = dr.round(x), dr.round(y)
+        z = pyramid.fetch_level(buffer, k.pyramid, tx, ty, level, types)
     if k.snap_to_texel:
         return (z, dr.round(px), dr.round(py)) if k.leaves_frame else (z, tx, ty)
     return z, px, py

@@ -1,0 +1,149 @@
+"""Methods that read far samples from a depth pyramid."""
+
+import math
+from dataclasses import replace
+
+import drjit as dr
+import numpy as np
+import pytest
+from oracles import fields
+
+import gtao
+
+METHODS = {
+    "gtao": gtao.GTAO(radius=1.5, n_slices=2, n_steps=6),
+    "falloff": gtao.GTAO(radius=1.5, n_slices=2, falloff=gtao.LinearFalloff(start=0.5, end=1.5)),
+    "hbao": gtao.HBAO(radius=1.5, n_directions=4),
+    "bitmask": gtao.VisibilityBitmask(radius=1.5, n_slices=2),
+    "off the frame": gtao.GTAO(radius=1.5, n_slices=2, step_law="offset", border="replicate"),
+}
+PYRAMID = gtao.DepthPyramid(level_offset=1.0)
+every_method = pytest.mark.parametrize("method", METHODS.values(), ids=METHODS)
+
+
+def frame(block=1, size=48, dtype=np.float32):
+    """Bumps with a hole to the background, of constant depth in blocks of ``block`` pixels."""
+    field = fields.in_perspective(fields.gaussians(0.5, 0.3, seed=5), size=size, slope=(0.3, 0.2))
+    z = np.kron(field.view_z[block // 2 :: block, block // 2 :: block], np.ones((block, block)))
+    z[8:16, 24:32] = np.inf
+    n = np.where(np.isfinite(z)[..., None], field.normal_v, [0.0, 0.0, 1.0])
+    return gtao.GBuffer(z.astype(dtype), n.astype(dtype), gtao.PerspectiveCamera(**field.camera))
+
+
+def image(g, method, pyramid=None, **changes):
+    return np.array(gtao.ambient_occlusion(g, replace(method, pyramid=pyramid, **changes)).visibility)
+
+
+@every_method
+@pytest.mark.parametrize("pyramid", [gtao.DepthPyramid(n_levels=1), gtao.DepthPyramid(level_offset=16.0)])
+def test_level_0_is_the_depth_buffer(method, pyramid):
+    g = frame()
+    assert np.array_equal(image(g, method, pyramid), image(g, method))
+
+
+@every_method
+@pytest.mark.parametrize("name", ["weighted", "min", "max", "average"])
+def test_levels_of_a_blocky_buffer_say_the_same(method, name):
+    """Four equal texels are one whatever the filter, so that three levels of a buffer of 4×4 blocks change nothing."""
+    g = frame(block=4)
+    pyramid = gtao.DepthPyramid(filter=name, n_levels=3, level_offset=0.5)
+    # The filter's mean of four equal depths rounds.
+    assert np.abs(image(g, method, pyramid) - image(g, method)).max() < 2e-5
+
+
+@every_method
+def test_coarse_levels_do_change_the_image(method):
+    g = frame()
+    plain = image(g, method)
+    gap = [np.abs(image(g, method, gtao.DepthPyramid(level_offset=o)) - plain).mean() for o in (0.0, 1.0, 2.0)]
+    assert gap[0] > gap[1] > gap[2] > 0
+
+
+def test_near_texels_occlude_more_than_far_ones():
+    g = frame()
+    means = {
+        name: image(g, METHODS["falloff"], gtao.DepthPyramid(filter=name, level_offset=1.0)).mean()
+        for name in ("min", "average", "weighted", "max")
+    }
+    assert means["min"] < means["average"] < means["weighted"] <= means["max"]
+
+
+def test_the_weighted_filter_takes_its_range_from_the_falloff_or_from_the_radius():
+    g, pyramid = frame(), gtao.DepthPyramid(level_offset=1.0)
+    seen = []
+    original = gtao.GBuffer.depth_pyramid
+
+    def spy(self, table, name, start, end):
+        seen.append((name, start, end))
+        return original(self, table, name, start, end)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(gtao.GBuffer, "depth_pyramid", spy)
+        image(g, METHODS["falloff"], pyramid)
+        image(g, METHODS["hbao"], pyramid, radius_multiplier=2.0)
+    assert seen == [
+        ("weighted", pytest.approx(0.75 * 0.5), pytest.approx(0.75 * 1.5)),
+        ("weighted", pytest.approx(0.75 * (1 - 0.615) * 3.0), pytest.approx(0.75 * 3.0)),
+    ]
+
+
+def kernels(g, method):
+    with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
+        dr.kernel_history_clear()
+        dr.eval(gtao.ambient_occlusion(g, method).visibility)
+        dr.sync_thread()
+        return [k for k in dr.kernel_history() if k["type"] is dr.KernelType.JIT]
+
+
+def test_the_pyramid_is_built_once_and_offsets_do_not_recompile():
+    g = frame()
+    method = gtao.GTAO(radius=1.0, n_slices=2, pyramid=gtao.DepthPyramid(filter="min"))
+    assert len(kernels(g, method)) > 1
+    (again,) = kernels(g, gtao.GTAO(radius=0.8, n_slices=2, pyramid=gtao.DepthPyramid(filter="min", level_offset=2.0)))
+    assert again["cache_hit"]
+
+
+def test_gradients_pass_through_the_pyramid():
+    """Forward mode in the depth against central differences."""
+    g = frame(dtype=np.float64, size=24)
+    method = replace(METHODS["falloff"], n_steps=4, pyramid=PYRAMID)
+    z = np.array(g.view_z)
+    rng = np.random.default_rng(2)
+    direction, weight = rng.standard_normal(z.shape), rng.random(z.shape)
+
+    def value(view_z):
+        frame = gtao.GBuffer(view_z, np.array(g.normal_v), g.camera)
+        return dr.sum(gtao.ambient_occlusion(frame, method).visibility * g.types.Tensor(weight))
+
+    x = g.types.Tensor(z)
+    dr.enable_grad(x)
+    dr.backward(value(x))
+    gradient = np.array(dr.grad(x))
+    assert np.isfinite(gradient).all()
+    # Some of ten directions make no sample change places at this step; those agree.
+    h, misses = 1e-7, []
+    for _ in range(10):
+        direction = rng.standard_normal(z.shape)
+        ends = [float(value(g.types.Tensor(z + sign * h * direction)).array[0]) for sign in (1, -1)]
+        want = (ends[0] - ends[1]) / (2 * h)
+        misses.append(abs((gradient[np.isfinite(z)] * direction[np.isfinite(z)]).sum() - want) / abs(want))
+    assert np.median(misses) < 1e-4
+
+
+def test_refusals():
+    for fetch in ("linear", "bilinear", "floor", "nearest_of_four"):
+        with pytest.raises(gtao.ConfigError, match="fetch 'nearest' only"):
+            gtao.GTAO(radius=1.0, fetch=fetch, pyramid=PYRAMID)
+    with pytest.raises(gtao.ConfigError, match="finite radius"):
+        gtao.GTAO(radius=math.inf, pyramid=PYRAMID)
+    gtao.GTAO(radius=math.inf, pyramid=gtao.DepthPyramid(filter="min"))
+    for options in ({"filter": "median"}, {"n_levels": 0}, {"n_levels": 13}, {"level_offset": -1}):
+        with pytest.raises(gtao.ConfigError, match="pyramid"):
+            gtao.DepthPyramid(**options)
+    with pytest.raises(gtao.ConfigError, match="pyramid must be"):
+        gtao.GTAO(radius=1.0, pyramid=5)
+
+
+def test_plain_values_and_back():
+    method = gtao.GTAO(radius=1.0, pyramid=gtao.DepthPyramid(filter="average", n_levels=3))
+    assert gtao.method_from_dict(method.to_dict()) == method

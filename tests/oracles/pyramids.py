@@ -1,0 +1,32 @@
+"""A depth pyramid texel by texel, float64 NumPy, from what a texel stands for."""
+
+import numpy as np
+
+
+def levels(view_z, n_levels, name, start=None, end=None):
+    """``n_levels`` images; the sides of each are half those of the one before, rounded up."""
+    images = [np.asarray(view_z, dtype=np.float64)]
+    while len(images) < n_levels:
+        below = images[-1]
+        height, width = ((side + 1) // 2 for side in below.shape)
+        image = np.empty((height, width))
+        for y in range(height):
+            for x in range(width):
+                image[y, x] = texel(below[2 * y : 2 * y + 2, 2 * x : 2 * x + 2].ravel(), name, start, end)
+        images.append(image)
+    return images
+
+
+def texel(depths, name, start, end):
+    """One texel of the one, two or four below it."""
+    if name == "min":
+        return depths.min()
+    if name == "max":
+        return depths.max()
+    if name == "average":
+        surfaces = depths[np.isfinite(depths)]
+        return surfaces.mean() if len(surfaces) else np.inf
+    if np.isinf(depths).any():
+        return np.inf
+    weights = np.clip((end - (depths.max() - depths)) / (end - start), 0, 1)
+    return (weights * depths).sum() / weights.sum()
