@@ -87,6 +87,33 @@ def test_the_weighted_filter_takes_its_range_from_the_falloff_or_from_the_radius
     ]
 
 
+def test_each_side_reads_the_levels_of_its_own_distances():
+    """A column of pixels in parallel projection, levels that are planes of their own, and one vertical slice."""
+    height, rise, offset = 64, np.array([0.0, 3.0, 9.0, 30.0]), 1.2
+    g = gtao.GBuffer(np.full((height, 1), 100.0), None, gtao.OrthographicCamera(1, height, view_height=float(height)))
+
+    def planes(self, table, name, start, end):
+        return g.types.Float(np.concatenate([np.full(64 >> k, 100.0 - h) for k, h in enumerate(rise)]))
+
+    pyramid = gtao.DepthPyramid(filter="min", n_levels=4, level_offset=offset)
+    method = gtao.GTAO(n_slices=1, n_steps=5, noise="none", step_exponent=1.0, pyramid=pyramid)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(gtao.GBuffer, "depth_pyramid", planes)
+        got = np.array(gtao.ambient_occlusion(g, method).visibility)[:, 0]
+    levels = set()
+    for y in range(height):
+        blocked = 0.0
+        for side, reach in ((-1, y + 0.499), (1, height - 1 + 0.499 - y)):
+            d = 1 + (np.arange(5) + 0.5) / 5 * (reach - 1)
+            k = np.floor(np.clip(np.log2(d) - offset, 0, 3) + 0.5).astype(int) if reach >= 1 else np.zeros(5, int)
+            apart = np.abs(np.round(y + side * d) - y)
+            # The horizon's squared cosine, which is the share that the cosine-weighted half slice loses.
+            blocked += (rise[k] ** 2 / (rise[k] ** 2 + apart**2)).max() / 2 if reach >= 1 else 0.0
+            levels |= set(k)
+        assert got[y] == pytest.approx(1 - blocked, abs=1e-6), y
+    assert levels == {0, 1, 2, 3}
+
+
 def kernels(g, method):
     with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
         dr.kernel_history_clear()
