@@ -1,4 +1,4 @@
-"""Ground truth with Mitsuba: G-buffers, ray-traced visibility and transport images of any scene.
+"""Ground truth with Mitsuba: G-buffers, depth layers, ray-traced visibility and transport images of any scene.
 
 The first call sets a Mitsuba variant unless one is set already: ``cuda_ad_rgb`` where CUDA and OptiX work,
 ``llvm_ad_rgb`` elsewhere.
@@ -8,6 +8,7 @@ from . import scenes
 from .aov import gbuffer_from_aov
 from .fingerprint import fingerprint
 from .gbuffer import gbuffer
+from .layers import layers, thickness
 from .loading import load_scene
 from .sensor import camera_from_sensor
 from .transport import Transport, transport
@@ -20,8 +21,10 @@ __all__ = [
     "fingerprint",
     "gbuffer",
     "gbuffer_from_aov",
+    "layers",
     "load_scene",
     "scenes",
+    "thickness",
     "transport",
     "visibility",
 ]
