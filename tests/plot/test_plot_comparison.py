@@ -18,6 +18,7 @@ from plot._pages import Checker
 from gtao import plot
 from gtao.errors import ConfigError, ShapeError
 from gtao.plot import style, viewer
+from gtao.plot.comparing import scene_figure
 from gtao.plot.comparison_tables import summary_rows
 
 NEUTRAL = [int(style.NO_VALUE[i : i + 2], 16) for i in (1, 3, 5)]
@@ -124,8 +125,10 @@ def test_figures_have_names_for_files():
     assert set(figures) == {f"{s}_{kind}" for s in ("hall", slug) for kind in KINDS} | {"budget_first"}
     assert all(isinstance(figure, Figure) for figure in figures.values())
     assert plot.compare_report(c, figures=figures) == plot.compare_report(c)
-    # The library's own method has the maps.
-    assert "of first" in figures["hall_budget_maps"].get_suptitle()
+    # The library's own method has the maps, wherever it stands.
+    turned = scene(budgets=dict(reversed(c.scenes[0].budgets.items())))
+    for figure in (figures["hall_budget_maps"], scene_figure(turned, "budget_maps")):
+        assert "of first" in figure.get_suptitle()
 
 
 def test_given_figures_are_shown():
