@@ -123,18 +123,17 @@ def summary_table(comparison: Comparison, rows: Sequence[Row]) -> str:
 
 def scene_table(scene: SceneComparison) -> str:
     """All methods on one scene by group, the lowest RMSE first; a tick marks the limit of one depth layer."""
-    groups = dict.fromkeys(m.group for m in scene.methods)
-    shown = [m for m in _METRICS if any(r.metrics.get(m[0]) is not None for r in scene.methods)]
-    top = max(m.metrics["rmse"] for m in scene.methods)
-    taps, times = (any(getattr(m, key) is not None for m in scene.methods) for key in ("taps", "milliseconds"))
+    top = max(m.metrics["rmse"] or 0.0 for m in scene.methods)
     parts = []
-    for group in groups:
+    for group in dict.fromkeys(m.group for m in scene.methods):
         rows = sorted((m for m in scene.methods if m.group == group), key=lambda m: m.metrics["rmse"])
+        shown = [m for m in _METRICS if any(row.metrics.get(m[0]) is not None for row in rows)]
+        taps, times = (any(getattr(m, key) is not None for m in rows) for key in ("taps", "milliseconds"))
         head = [html.escape(group) or "method", _RMSE, *_heads(shown)]
         head += [cost for cost, there in zip(_COSTS, (taps, times), strict=True) if there]
         cells = []
         for m in rows:
-            line = [html.escape(m.label), _bar(m.metrics["rmse"], top, scene.limit_rmse)]
+            line = [html.escape(m.label), _bar(m.metrics["rmse"] or 0.0, top, scene.limit_rmse)]
             line += [_number(m.metrics.get(name), spec) for name, _, _, spec in shown]
             line += [_number(m.taps, ".0f")] if taps else []
             line += [_number(m.milliseconds, ".2f")] if times else []

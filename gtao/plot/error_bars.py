@@ -60,6 +60,7 @@ def error_budget_bar(budgets: Mapping[str, Any], *, title: str = "Error budget")
             words, (end, row), xytext=(6, 0), textcoords="offset points", va="center", fontsize=8, color=INK
         )  # fmt: skip
     axis.set(yticks=y, yticklabels=list(budgets), xlabel="mean squared error, noise taken out")
+    axis.set_ylim(-0.6, len(budgets) - 0.4)
     axis.set_xlim(None, 1.22 * max(ends) or 1.0)
     axis.axvline(0, color=MUTED, linewidth=0.8)
     axis.grid(visible=False, axis="y")
@@ -112,7 +113,11 @@ def deviation_bars(deviations: Mapping[str, Sequence[tuple[str, float]]], *, lim
             )  # fmt: skip
             if y + 1 < len(bars):
                 axis.plot([after] * 2, [y - 0.33, y + 1.33], color=INK, linewidth=0.6)
-        axis.set(yticks=range(len(bars)), yticklabels=[bar[0] for bar in bars], xlim=(0, 1.12 * top or 1.0))
+        axis.set(
+            yticks=range(len(bars)),
+            yticklabels=[bar[0] for bar in bars],
+            xlim=(0, 1.12 * max(top, limit or 0.0) or 1.0),
+        )
         axis.set_ylim(heights[i // columns] - 0.5, -0.5)
         axis.tick_params(labelbottom=True)
         axis.grid(visible=False, axis="y")

@@ -19,6 +19,14 @@ __all__ = ["error_against_samples", "error_against_time", "stratified_errors"]
 #: Width of a figure in inches.
 _WIDTH = 6.4
 
+#: A noise floor lower than the lowest error by more than this factor would only squeeze the curves.
+_FAR = 4.0
+
+_LEVEL_TEXT: dict[str, Any] = {
+    "xytext": (-3, 3), "textcoords": "offset points", "ha": "right", "va": "bottom", "fontsize": 7.5, "color": INK,
+    "bbox": BEHIND_TEXT,
+}  # fmt: skip
+
 #: Numbers that tick labels of a logarithmic axis may show, per decade: many, some, one.
 _DECADES = (1, 1.5, 2, 3, 5, 7), (1, 2, 5), (1,)
 
@@ -36,7 +44,7 @@ def error_against_samples(
 
     Args:
         curves: (taps per pixel, RMSE) pairs by label, in any order; both positive.
-        noise: Noise floor of the truth, drawn as a line.
+        noise: Noise floor of the truth, drawn as a line, or named at the lower end where it is far below all errors.
         limit: RMSE of the best that a single depth layer gives, drawn as a line.
         ours: Labels to emphasise.
         title: Title.
@@ -157,16 +165,18 @@ def _log_axes(
     axis = grid[0, 0]
     axis.set(xscale="log", yscale="log", xlabel=xlabel, ylabel="RMSE against the truth")
     axis.set_title(title)
-    levels = {"noise of the truth": (noise, (0, (1, 1.5))), "limit of one depth layer": (limit, (0, (6, 3)))}
-    drawn = {name: (value, dash) for name, (value, dash) in levels.items() if value is not None and value > 0}
+    drawn: dict[str, tuple[float, Any]] = {}
+    if noise and noise * _FAR > values[:, 1].min():
+        drawn["noise of the truth"] = noise, (0, (1, 1.5))
+    elif noise:
+        axis.annotate(f"↓ noise of the truth {noise:.4f}", (1, 0), xycoords="axes fraction", **_LEVEL_TEXT)
+    if limit:
+        drawn["limit of one depth layer"] = limit, (0, (6, 3))
     _scale(axis.xaxis, axis.set_xlim, values[:, 0])
     _scale(axis.yaxis, axis.set_ylim, np.concatenate([values[:, 1], [value for value, _ in drawn.values()]]))
     for name, (value, dash) in drawn.items():
         axis.axhline(value, color=INK, linewidth=1.0, linestyle=dash, zorder=1)
-        axis.annotate(
-            name, (1, value), xycoords=("axes fraction", "data"), xytext=(-3, 3), textcoords="offset points",
-            ha="right", va="bottom", fontsize=7.5, color=INK, bbox=BEHIND_TEXT,
-        )  # fmt: skip
+        axis.annotate(name, (1, value), xycoords=("axes fraction", "data"), **_LEVEL_TEXT)
     return figure, axis
 
 

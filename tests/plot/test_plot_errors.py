@@ -159,6 +159,11 @@ def test_error_against_samples():
     assert [line.get_ydata()[0] for line in axis.get_lines()[:2]] == [0.01, 0.03]
     assert axis.get_ylim()[0] < 0.01 < 0.3 < axis.get_ylim()[1]
     assert texts(plot.error_against_samples(curves, noise=0.0)) == []
+    # A floor far below would squeeze the curves: it is named, and nothing makes room for it.
+    far = plot.error_against_samples(curves, noise=0.004)
+    assert texts(far) == ["↓ noise of the truth 0.0040"]
+    assert far.axes[0].get_ylim()[0] > 0.01
+    assert len(far.axes[0].get_lines()) == 2
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.011, 0.013), (0.004, 0.2), (1e-4, 3.0), (18, 18)])
