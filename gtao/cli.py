@@ -140,6 +140,7 @@ def render(
         typer.Option(parser=_distance, metavar="DISTANCE", help="Reach of occluders in scene units, or inf."),
     ] = math.inf,
     bounces: Annotated[int, typer.Option(min=0, help="Also trace transport images T_1 … T_K up to this K.")] = 0,
+    layers: Annotated[int, typer.Option(min=0, help="Also peel this many bodies along every pixel's ray.")] = 0,
     seed: Seed = 0,
 ) -> None:
     """Mitsuba scene -> EXR with G-buffer and ray-traced ground truth."""
@@ -153,6 +154,7 @@ def render(
             spp=spp,
             max_distance=max_distance,
             n_bounces=bounces,
+            n_layers=layers,
             seed=seed,
             progress=bars,
         )

@@ -99,6 +99,16 @@ class GBuffer:
         result.normals_derived = self.normals_derived
         return result
 
+    def with_layers(self, layers: DepthLayers) -> "GBuffer":
+        """The same frame with depth layers.
+
+        Raises:
+            ShapeError: they are of another frame.
+        """
+        result = GBuffer(self.view_z, self.normal_v, self.camera, self.albedo, self.motion, layers)
+        result.normals_derived = self.normals_derived
+        return result
+
     @property
     def types(self):
         """Array types of this buffer; see :func:`gtao.backend.types_of`."""

@@ -1,9 +1,12 @@
 """What the estimators return: arrays together with the configuration that made them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
+import drjit as dr
+
 from . import display
+from .tensors import window
 
 __all__ = ["AmbientOcclusion"]
 
@@ -22,6 +25,15 @@ class AmbientOcclusion:
     visibility: Any
     bent_normal: Any = None
     config: Any = None
+
+    def crop(self, x0: int, y0: int, width: int, height: int) -> "AmbientOcclusion":
+        """The result in the window whose top left pixel is ``(x0, y0)``, for example within a guard band.
+
+        Raises:
+            ShapeError: the window reaches beyond the frame.
+        """
+        images = {name: window(v, x0, y0, width, height) for name, v in vars(self).items() if dr.is_tensor_v(type(v))}
+        return replace(self, **images)
 
     def _repr_png_(self) -> bytes:
         return display.grey_png(self.visibility)

@@ -563,7 +563,7 @@ def test_render(command, tmp_path):
     (tmp_path / "ball.xml").write_text(TWO_VIEWS)
     source, path = tmp_path / "ball.xml", tmp_path / "new" / "ball.exr"
     options = ["--resolution", 24, "--spp", SPP, "--bounces", 3, "--max-distance", 2, "--seed", 5, "--sensor", 1]
-    outcome = command("render", source, "-o", path, *options, "--normals", "geometric")
+    outcome = command("render", source, "-o", path, *options, "--normals", "geometric", "--layers", 2)
     assert outcome.code == 0
     assert outcome.out == f"wrote {path}\n"
     assert "100%" in outcome.err
@@ -573,7 +573,10 @@ def test_render(command, tmp_path):
     axes = [f"{layer}.{axis}" for layer in ("N", "bent") for axis in "XYZ"]
     albedo = ["albedo.R", "albedo.G", "albedo.B"]
     truth = ["visibility.mean", "visibility.var", "visibility.count"]
-    assert sorted(channels) == sorted(["Z", *axes, *albedo, *truth, "transport.01", "transport.02", "transport.03"])
+    behind = ["ZBack", "layers.01.Z", "layers.01.ZBack"]
+    assert sorted(channels) == sorted(
+        ["Z", *behind, *axes, *albedo, *truth, "transport.01", "transport.02", "transport.03"]
+    )
     assert {plane.dtype for plane in channels.values()} == {np.dtype(np.float32)}
 
     scene = gtao.render.load_scene(source, resolution=24)
@@ -584,6 +587,11 @@ def test_render(command, tmp_path):
     assert mask.any()
     assert not mask.all()
     assert np.array_equal(channels["Z"], g.view_z.numpy())
+    layers = gtao.render.layers(scene, g, 2, sensor=1)
+    assert np.array_equal(channels["ZBack"], layers.back.numpy()[0])
+    assert np.array_equal(channels["layers.01.Z"], layers.front.numpy()[1])
+    assert np.array_equal(channels["layers.01.ZBack"], layers.back.numpy()[1])
+    assert np.array_equal(gtao.GBuffer.from_exr(path).layers.back.numpy(), layers.back.numpy())
     assert np.array_equal(channels["N.Y"], g.normal_v.numpy()[..., 1])
     assert np.array_equal(channels["albedo.G"], g.albedo.numpy()[..., 1])
     assert np.array_equal(channels["visibility.mean"], expected.mean.numpy())
@@ -602,6 +610,7 @@ def test_render(command, tmp_path):
         "spp": SPP,
         "max_distance": 2.0,
         "n_bounces": 3,
+        "n_layers": 2,
         "seed": 5,
         "fingerprint": gtao.render.fingerprint(scene, 1),
     }

@@ -14,6 +14,7 @@ from gtao.gbuffer import GBuffer
 from . import foreign
 from .channels import Triple, find_channels
 from .images import read_channels, write_channels
+from .layers import layer_channels, layers_of
 
 __all__ = ["read_gbuffer", "write_gbuffer"]
 
@@ -66,7 +67,7 @@ def read_gbuffer(
     layer: str | None = None,
     window: Literal["display", "data"] = "display",
 ) -> GBuffer:
-    """Read depth, normals and, if present, albedo from an EXR image.
+    """Read depth, normals and, if present, albedo from an EXR image, and the depth layers of a file of ours.
 
     Names that are understood: ours (``Z``, ``N.X`` …, ``albedo.R`` …); those of Mitsuba's ``aov`` integrator
     (``<aov>.T`` is the distance along the ray from the near plane, ``<aov>.X`` … normals in world space, and
@@ -121,8 +122,9 @@ def read_gbuffer(
     albedo = None
     if found.albedo is not None:
         albedo = np.where(surface[..., None], stack(found.albedo), np.float32(0))
+    layers = layers_of(path, channels, view_z) if metadata["manifest"] is not None and found.depth == "Z" else None
     if found.normals is None:
-        return GBuffer(view_z, None, camera, albedo=albedo)
+        return GBuffer(view_z, None, camera, albedo=albedo, layers=layers)
 
     normal_layer = found.normals[0].rpartition(".")[0]
     n = foreign.unit_normals(path, stack(found.normals), surface, normal_layer)
@@ -134,7 +136,7 @@ def read_gbuffer(
         foreign.check_agreement(path, n, plain)
         if found.flip:
             n = foreign.turn_to_camera(n, plain)
-    return GBuffer(view_z, n, camera, albedo=albedo)
+    return GBuffer(view_z, n, camera, albedo=albedo, layers=layers)
 
 
 def _expand(name: str, values: Any) -> dict[str, Any]:
@@ -155,9 +157,11 @@ def write_gbuffer(
     """Write a G-buffer, and what was computed on it, as EXR (float32, ZIP), whole or not at all.
 
     Channels: ``Z`` is view_z (infinite on the background), ``N.X N.Y N.Z`` the normal in the view frame,
-    ``albedo.R albedo.G albedo.B`` if there is one, then ``extra``: by convention ``visibility.mean``,
-    ``visibility.var``, ``visibility.count``, ``bent`` (three components), ``transport.01`` … The header
-    attribute ``gtao`` holds the manifest with the camera, so that :func:`read_gbuffer` needs nothing else.
+    ``albedo.R albedo.G albedo.B`` if there is one; of depth layers, if there are any, ``ZBack`` is where the first
+    ends, ``layers.01.Z`` and ``layers.01.ZBack`` where the next begins and ends, and so on. Then ``extra``: by
+    convention ``visibility.mean``, ``visibility.var``, ``visibility.count``, ``bent`` (three components),
+    ``transport.01`` … The header attribute ``gtao`` holds the manifest with the camera, so that :func:`read_gbuffer`
+    needs nothing else.
 
     Args:
         path: the file; its folder is made.
@@ -175,6 +179,8 @@ def write_gbuffer(
     if g.albedo is not None:
         albedo = g.albedo.numpy()
         channels |= {f"albedo.{c}": albedo[..., i] for i, c in enumerate("RGB")}
+    if g.layers is not None:
+        channels |= layer_channels(g.layers)
     for name, values in (extra or {}).items():
         expanded = _expand(name, values)
         clash = sorted(channels.keys() & expanded.keys())

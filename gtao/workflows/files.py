@@ -38,6 +38,7 @@ def render_scene(
     spp: int = 256,
     max_distance: float = math.inf,
     n_bounces: int = 0,
+    n_layers: int = 0,
     seed: int = 0,
     progress: Report | None = None,
 ) -> None:
@@ -52,6 +53,7 @@ def render_scene(
         spp: rays per pixel of the truth, and paths per pixel of the transport images.
         max_distance: reach of occluders in scene units.
         n_bounces: transport images T_1 … T_K to trace as well; 0 for none.
+        n_layers: bodies along every pixel's ray to peel as well; 0 for none.
         seed: of the random numbers.
         progress: called as ``progress(task, done, total)``.
 
@@ -65,6 +67,8 @@ def render_scene(
     g = render.gbuffer(scene, sensor, normals=normals)
     if not g.mask.numpy().any():
         raise SceneError(f"no pixel of scene {source} shows a surface; point its camera at one")
+    if n_layers:
+        g = g.with_layers(render.layers(scene, g, n_layers, sensor=sensor))
     truth = render.visibility(scene, g, max_distance, spp, seed, sensor=sensor, progress=_step(progress, "visibility"))
     extra: dict[str, Any] = {
         "visibility.mean": truth.mean,
@@ -91,6 +95,7 @@ def render_scene(
         "spp": spp,
         "max_distance": max_distance,
         "n_bounces": n_bounces,
+        "n_layers": n_layers,
         "seed": seed,
         "fingerprint": render.fingerprint(scene, sensor),
     }

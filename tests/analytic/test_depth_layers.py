@@ -72,6 +72,11 @@ def test_a_frame_checks_that_the_layers_are_its_own():
     for view_z in (FRONT[0] * np.float32(1.001), np.where(np.isinf(FRONT[0]), 9, FRONT[0]), changed(FRONT, INF)[0]):
         with pytest.raises(ShapeError, match="the first layer must begin at view_z, but does not at"):
             gtao.GBuffer(view_z, None, CAMERA, layers=DepthLayers(FRONT, BACK))
+    with pytest.raises(ShapeError, match="the first layer must begin at view_z"):
+        gtao.GBuffer(FRONT[0] + 1, None, CAMERA).with_layers(DepthLayers(FRONT, BACK))
+    derived = gtao.GBuffer(FRONT[0], None, CAMERA).with_layers(DepthLayers(FRONT, BACK))
+    assert derived.normals_derived
+    np.testing.assert_array_equal(derived.layers.back.numpy(), BACK)
     # What a conversion between units and back leaves behind.
     gtao.GBuffer(FRONT[0] * np.float32(1 + 2e-7), None, CAMERA, layers=DepthLayers(FRONT, BACK))
 

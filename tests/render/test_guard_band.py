@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import gtao
-from gtao import ConfigError, render
+from gtao import ConfigError, ShapeError, render
 
 import _scenes as S  # isort: skip
 
@@ -67,7 +67,15 @@ def test_occlusion_no_longer_depends_on_the_frames_edge():
     method = gtao.GTAO(radius=1.0, n_slices=8, n_steps=16)
     plain = gtao.ambient_occlusion(render.gbuffer(scene), method).visibility.numpy()
     g = render.gbuffer(scene, guard_px=16)
-    guarded = gtao.ambient_occlusion(g, method).visibility.numpy()[16:-16, 16:-16]
+    whole = gtao.ambient_occlusion(g, method)
+    inner = whole.crop(16, 16, 32, 32)
+    guarded = inner.visibility.numpy()
+    np.testing.assert_array_equal(guarded, whole.visibility.numpy()[16:-16, 16:-16])
+    assert inner.config == method
+    with pytest.raises(
+        ShapeError, match="a window of 32x32 pixels at \\(40, 0\\) does not lie within an image of 64x64"
+    ):
+        whole.crop(40, 0, 32, 32)
     assert plain[0].min() > 0.99  # nothing but floor in the frame
     assert guarded[0].mean() < 0.75
     assert guarded[-1].min() > 0.99  # more than the radius away from the wall
