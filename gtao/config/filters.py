@@ -19,7 +19,8 @@ class EdgeAwareFilter:
     """XeGTAO's denoiser (Strugar and Mccalla 2021): 3×3 averages across links that depth leaves open.
 
     The defaults are XeGTAO's. Otherwise than there, values stay in floating point between passes (XeGTAO stores
-    8 bits) and the background, which is excluded from every average, does not leak into isolated pixels.
+    8 bits, of values up to 1.5: ``ceiling`` of :class:`gtao.GTAO`), and the background, which is excluded from every
+    average, does not leak into isolated pixels.
 
     Args:
         passes: how often the filter is applied, 1 ("sharp") to 8; XeGTAO offers up to 3 ("soft").
@@ -31,7 +32,6 @@ class EdgeAwareFilter:
         leak_threshold: number of closed links, of four, beyond which a pixel is averaged with its neighbours all the
             same, in [0, 4).
         leak_strength: how much: added to each link when all four are closed, in [0, 1].
-        limit: estimates above it are lowered to it first, as by XeGTAO's storage; ``inf`` for none.
     """
 
     passes: int = 1
@@ -41,7 +41,6 @@ class EdgeAwareFilter:
     diagonal_weight: float = 0.425
     leak_threshold: float = 2.5
     leak_strength: float = 0.5
-    limit: float = 1.5
 
     def __post_init__(self) -> None:
         check_count("passes", self.passes, 1, 8)
@@ -53,7 +52,6 @@ class EdgeAwareFilter:
         if not 0 <= check_number("leak_threshold", self.leak_threshold) < 4:
             raise ConfigError(f"leak_threshold must lie in [0, 4), got {self.leak_threshold}")
         check_share("leak_strength", self.leak_strength)
-        check_positive("limit", self.limit, infinite=True)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values that :func:`gtao.method_from_dict` turns back into the same configuration."""

@@ -86,12 +86,10 @@ def _grid(g: GBuffer) -> filters.Grid:
 
 
 def _edge_aware(channels: Channels, g: GBuffer, f: EdgeAwareFilter) -> Channels:
-    grid, limit = _grid(g), opaque(g, f.limit)
+    grid = _grid(g)
     links = filters.depth_edges(g.view_z.array, opaque(g, f.edge_threshold), f.quantised_edges, grid)
     dr.eval(links)
     options = [opaque(g, value) for value in (f.diagonal_weight, f.leak_threshold, f.leak_strength)]
-    visibility, *bent = channels
-    channels = (dr.select(visibility < limit, visibility, limit), *bent)
     for k in range(f.passes):
         beta = opaque(g, f.beta if k == f.passes - 1 else f.beta / EARLIER_PASSES)
         taps = filters.edge_taps(links, *options, grid)
