@@ -80,7 +80,8 @@ def stratify(
         reference: (H, W) image.
         by: Quantities by name, (H, W) each, for example from :func:`strata_of`. Pixels where one is NaN or outside
             its edges are in none of its bins.
-        edges: At least two ascending edges by name; those of :data:`STRATA_EDGES` if left out.
+        edges: At least two ascending edges by name. If left out, those of ``STRATA_EDGES``: tilt in steps of 15°, image
+            radius and visibility in steps of 0.2, depth edges at 0, 1, 2, 4, 8, 16 and infinitely many pixels.
         mask: (H, W) bool, pixels that count; all if left out.
         variance: (H, W) variance of the reference's means; no noise if left out.
 
