@@ -45,9 +45,6 @@ class GTAO(SliceMethod):
         power: the result is raised to this power, which has no physical meaning; 1 leaves it alone.
         floor: smallest result, in [0, 1].
         ceiling: largest result, at least 1; with few slices single pixels exceed 1, and come out right in the mean.
-
-    The other arguments are those of every slice method:
-
     """
 
     n_slices: int = 4

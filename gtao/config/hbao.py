@@ -27,9 +27,6 @@ class HBAO(SliceMethod):
         n_directions: directions per pixel, an even number from 2 to 2048: they come in opposite pairs.
         attenuation: W of every "sample" that raises the horizon, for the arc by which it does (NVIDIA's
             implementation); W of the sample that defines the "horizon", for the whole arc (the sketch); or "none".
-
-    The other arguments are those of every slice method:
-
     """
 
     n_directions: int = 8

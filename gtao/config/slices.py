@@ -173,5 +173,5 @@ class SliceMethod:
 def with_slice_arguments(cls: type) -> type:
     """Append the arguments of :class:`SliceMethod` to the docstring of a class that inherits them."""
     if cls.__doc__ and SliceMethod.__doc__:
-        cls.__doc__ += SliceMethod.__doc__.split("Args:")[1]
+        cls.__doc__ = f"{cls.__doc__.rstrip()}\n\n    Other Parameters:{SliceMethod.__doc__.split('Args:')[1]}"
     return cls
