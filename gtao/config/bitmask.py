@@ -6,7 +6,7 @@ from typing import Literal, get_args
 
 from gtao.errors import ConfigError
 
-from ._checks import check_ceiling, check_choice, check_count, check_instance, check_positive, check_share
+from ._checks import check_ceiling, check_choice, check_count, check_flag, check_instance, check_positive, check_share
 from .falloff import NoCut, SampleCut
 from .slices import Arccosine, SliceMethod, with_slice_arguments
 from .thickness import ConstantThickness, ContinuityThickness, LinearThickness, MeasuredThickness
@@ -34,11 +34,11 @@ class VisibilityBitmask(SliceMethod):
         sector_rounding: "jittered" by one number per slice, unbiased; "outward" (the original) closes every sector
             that a sample touches; "nearest" rounds.
         arccosine: how angles are found, as for :class:`gtao.GTAO`; with the weighting "angle" only.
+        linked: whether occluders of two samples in a row that overlap in depth, or nearly so, are one body that also
+            blocks what lies between them; samples stand alone in the original. None links them with
+            :class:`gtao.MeasuredThickness` only, whose sheets block nothing otherwise.
         falloff: :class:`gtao.SampleCut` or :class:`gtao.NoCut` in place of the exact cut at the radius.
         power, floor, ceiling: as for :class:`gtao.GTAO`.
-
-    The other arguments are those of every slice method:
-
     """
 
     n_slices: int = 4
@@ -46,6 +46,7 @@ class VisibilityBitmask(SliceMethod):
     weighting: Mapping = "cosine"
     thickness: Thickness | None = None
     sector_rounding: Rounding = "jittered"
+    linked: bool | None = None
     arccosine: Arccosine = "exact"
     falloff: SampleCut | NoCut | None = None
     power: float = 1.0
@@ -61,6 +62,8 @@ class VisibilityBitmask(SliceMethod):
         check_choice("weighting", self.weighting, Mapping)
         check_instance("thickness", self.thickness, get_args(Thickness))
         check_choice("sector_rounding", self.sector_rounding, Rounding)
+        if self.linked is not None:
+            check_flag("linked", self.linked)
         check_choice("arccosine", self.arccosine, Arccosine)
         if self.arccosine != "exact" and self.weighting != "angle":
             raise ConfigError(f"arccosine {self.arccosine!r} needs weighting 'angle', got {self.weighting!r}")

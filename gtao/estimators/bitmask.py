@@ -60,6 +60,7 @@ def bitmask_visibility(g: GBuffer, method: VisibilityBitmask, frame_index: int):
         ax=opaque(g, 1 / camera.fx),
         ay=opaque(g, -1 / camera.fy),
         key=dr.opaque(g.types.UInt, key),
+        linked=isinstance(thickness, MeasuredThickness) if method.linked is None else method.linked,
         layers=_layers(g) if isinstance(thickness, MeasuredThickness) else (),
         size=(camera.width, camera.height),
         types=g.types,

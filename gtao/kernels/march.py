@@ -2,7 +2,8 @@
 
 What a method makes of the samples is an accumulator (:mod:`gtao.kernels.accumulators`), with three functions:
 ``begin(sl)`` gives the state of a slice, ``add(state, side, sample, sl)`` the state after one more sample of side 0
-(toward -T) or 1 (toward +T), samples coming outward; ``finish(state, sl)`` the slice's value.
+(toward -T) or 1 (toward +T), samples coming outward; ``finish(state, sl)`` the slice's value. One whose ``add`` is long
+names the steps worth unrolling in ``max_unrolled``.
 
 Slices run in a symbolic loop that carries the direction and turns it by a constant angle, steps are unrolled inside:
 of the formulations measured this compiles fastest and runs within a few percent of hand-written vector code.
@@ -184,7 +185,7 @@ def march(view_z, field, normal, accumulator, k: Switches, s: Scalars, types):
         sides = tuple(reach.Side.of(length, s.min_step_px, k.step_law) for length in lengths)
         sl = Slice(pixel, i, pixel.nV, nT, start, tuple(side.inside for side in sides), off)
         state = accumulator.begin(sl)
-        n_block = steps.block_length(k.n_steps)
+        n_block = steps.block_length(k.n_steps, getattr(accumulator, "max_unrolled", steps.MAX_UNROLLED))
         if n_block == k.n_steps:
             state = block(0, n_block, direction, sides, sl, state)
         else:

@@ -13,9 +13,9 @@ __all__ = ["LAWS", "MAX_UNROLLED", "block_length", "distance", "jitter"]
 MAX_UNROLLED = 32
 
 
-def block_length(n_steps):
+def block_length(n_steps, limit=MAX_UNROLLED):
     """Largest divisor of the step count that is worth unrolling."""
-    return max(k for k in range(1, min(n_steps, MAX_UNROLLED) + 1) if n_steps % k == 0)
+    return max(k for k in range(1, min(n_steps, limit) + 1) if n_steps % k == 0)
 
 
 def _power(t, exponent):

@@ -6,8 +6,13 @@ from typing import Any
 import drjit as dr
 
 from gtao.kernels import bitmask, fetch, horizon
+from gtao.kernels.steps import MAX_UNROLLED
 
 __all__ = ["Sectors"]
+
+# How far one body may shift in depth from a sample to the next, per distance across the eye rays, with no overlap of
+# its extents. Solid things that are seen obliquely are deep along the eye ray, so that extents overlap; sheets are not.
+LINK_SLOPE, SHEET_SLOPE = 3.0, 9.0
 
 
 @dataclass(frozen=True)
@@ -26,6 +31,8 @@ class Sectors:
         radius, amount, isolated, gap: see above.
         ax, ay: of :class:`gtao.kernels.march.Scalars`.
         key: selects the jitter.
+        linked: whether bodies of two samples in a row that overlap in depth, or nearly so, are one that also blocks
+            what lies between them.
         layers: pairs of flat arrays of depths at which the eye ray of a texel enters and leaves a body, front to back.
         size: width and height of the frame.
         types: namespace of :func:`gtao.backend.types_of`.
@@ -45,9 +52,15 @@ class Sectors:
     ax: Any
     ay: Any
     key: Any
+    linked: bool
     layers: tuple[tuple[Any, Any], ...]
     size: tuple[int, int]
     types: Any
+
+    @property
+    def max_unrolled(self):
+        """Every layer of a sample has an arc of its own; unrolled 24 times, two layers take seconds to compile."""
+        return MAX_UNROLLED if self.thickness != "measured" else 4
 
     def begin(self, sl):
         if self.arccosine == "exact":
@@ -56,20 +69,22 @@ class Sectors:
             constants, weight = bitmask.approximate_map(sl.nV, sl.nT, self.arccosine)
         xi = bitmask.jitter(sl.pixel.x, sl.pixel.y, sl.index, self.key)
         empty = tuple(self.types.UInt(0) for _ in range(0, self.n_sectors, 32))
-        before = -sl.pixel.P[2]
-        return constants, weight, xi, (empty, empty), (before, before) if self.thickness == "continuity" else ()
+        return constants, weight, xi, tuple((empty, self._own(start, sl.pixel)) for start in sl.start)
 
     def add(self, state, side, sample, sl):
-        constants, weight, xi, masks, before = state
-        mine, amount = masks[side], self.amount
+        constants, weight, xi, sides = state
+        masks, (z, image, matter) = sides[side]
+        amount = self.amount
         if self.thickness == "continuity":
-            amount = dr.select(abs(sample.z - before[side]) < self.gap, amount, self.isolated)
-            before = _with(before, side, sample.z)
-        for arc in self._arcs(sample, sl, amount):
+            amount = dr.select(abs(sample.z - z) < self.gap, amount, self.isolated)
+        bodies = tuple(self._bodies(sample, sl, amount))
+        for k, body in enumerate(bodies):
+            arc = self._joined(body, matter[k], sample, image) if self.linked else body[:2]
             front, back = (self._position(constants, sl, side, c) for c in arc)
             closed = bitmask.sectors(front, back, side, xi, self.n_sectors, self.rounding)
-            mine = tuple(a | b for a, b in zip(mine, closed, strict=True))
-        return constants, weight, xi, _with(masks, side, mine), before
+            masks = tuple(a | b for a, b in zip(masks, closed, strict=True))
+        mine = masks, self._before(sample.z, (sample.X, sample.Y), bodies)
+        return constants, weight, xi, ((mine, sides[1]) if side == 0 else (sides[0], mine))
 
     def _position(self, constants, sl, side, c):
         if self.arccosine == "exact":
@@ -77,33 +92,58 @@ class Sectors:
         return bitmask.approximate_position(constants, side, c, self.arccosine)
 
     def finish(self, state, sl):
-        _, weight, _, masks, _ = state
+        _, weight, _, sides = state
         none = self.types.UInt(0)
-        sides = zip(*masks, strict=True)
-        closed = [dr.select(sl.inside[0], a, none) | dr.select(sl.inside[1], b, none) for a, b in sides]
+        words = zip(*(masks for masks, _ in sides), strict=True)
+        closed = [dr.select(sl.inside[0], a, none) | dr.select(sl.inside[1], b, none) for a, b in words]
         return weight * bitmask.visible_share(closed, self.n_sectors, self.types.Float)
 
-    def _arcs(self, sample, sl, amount):
-        """Cosines of the front and the back of what a sample blocks; NaN and -1 lie below every tangent plane."""
+    def _own(self, start, pixel):
+        """What the shaded point is to the first sample: its own matter begins at the tangent plane."""
+        yes, z = self.types.Bool(True), -pixel.P[2]
+        first, missing = (start, start, yes, z, z), (start, start, ~yes, z, z)
+        return self._before(z, (pixel.X, pixel.Y), (first,) + (missing,) * (max(len(self.layers), 1) - 1))
+
+    def _before(self, z, image, matter):
+        """What the next sample needs to know: depth, place in the image, and what :meth:`_bodies` found."""
+        return z if self.thickness == "continuity" else (), *((image, matter) if self.linked else ((), ()))
+
+    def _joined(self, body, before, sample, image):
+        """The arc of a body together with that of the sample before, if both are parts of one."""
+        (front, back, there, near, far), (front0, back0, there0, near0, far0) = body, before
+        gap = dr.select(near > near0, near, near0) - dr.select(far < far0, far, far0)
+        dX, dY = sample.X - image[0], sample.Y - image[1]
+        slope = dr.select((near == far) & (near0 == far0), SHEET_SLOPE, LINK_SLOPE)
+        if not self.orthographic:
+            slope = slope * near
+        one = there & there0 & ((gap <= 0) | (gap * gap <= slope * slope * dr.fma(dX, dX, dY * dY)))
+        return dr.select(one & (front0 > front), front0, front), dr.select(one & (back0 < back), back0, back)
+
+    def _bodies(self, sample, sl, amount):
+        """Cosines of the front and the back of what a sample blocks, whether it blocks anything, and the depths.
+
+        NaN and -1 lie below every tangent plane.
+        """
         X, Y, z = sample.X, sample.Y, sample.z
         if self.thickness == "measured":
             width, height = self.size
             for k, layer in enumerate(self.layers):
-                front, back = (fetch.nearest(b, sample.x, sample.y, width, height, self.types)[0] for b in layer)
-                body = self._behind(sample, front - z, sl) if k else (sample.c, sample.d2, sample.dV)
-                yield self._within(body, sample, sl, self._behind(sample, back - z, sl)[0])
+                near, far = (fetch.nearest(b, sample.x, sample.y, width, height, self.types)[0] for b in layer)
+                body = self._behind(sample, near - z, sl) if k else (sample.c, sample.d2, sample.dV)
+                yield *self._within(body, sample, sl, self._behind(sample, far - z, sl)[0]), near, far
             return
         if self.thickness == "solid":
-            back = -1
-        elif self.thickness == "along_view":
-            away = tuple(dr.fma(-amount, v, d) for d, v in zip(sample.D, sl.pixel.V, strict=True))
-            back = horizon.cosine(away, sl.pixel.V)[0]
+            depth = dr.inf
         elif self.thickness == "linear":
-            back = self._behind(sample, amount * z, sl)[0]
+            depth = amount * z
         else:
             depth = amount if self.orthographic else amount * dr.rsqrt(dr.fma(X, X, dr.fma(Y, Y, 1)))
-            back = self._behind(sample, depth, sl)[0]
-        yield self._within((sample.c, sample.d2, sample.dV), sample, sl, back)
+        if self.thickness == "along_view":
+            away = tuple(dr.fma(-amount, v, d) for d, v in zip(sample.D, sl.pixel.V, strict=True))
+            back = horizon.cosine(away, sl.pixel.V)[0]
+        else:
+            back = -1 if self.thickness == "solid" else self._behind(sample, depth, sl)[0]
+        yield *self._within((sample.c, sample.d2, sample.dV), sample, sl, back), z, z + depth
 
     def _behind(self, sample, depth, sl):
         """:func:`gtao.kernels.horizon.cosine` of the point behind a sample, ``depth`` deeper on its eye ray."""
@@ -115,19 +155,15 @@ class Sectors:
     def _within(self, body, sample, sl, back):
         """The arc from the front of a body to its back, as far as it lies within the radius."""
         pixel, (front, d2, dV) = sl.pixel, body
-        if self.cut == "sample":
-            near = d2 <= self.radius * self.radius
-            return dr.select(near, front, -1), dr.select(near, back, -1)
         if self.cut == "none":
-            return front, back
+            return front, back, dr.isfinite(d2)
+        if self.cut == "sample":
+            there = d2 <= self.radius * self.radius
+            return dr.select(there, front, -1), dr.select(there, back, -1), there
         dX, dY = (sample.x - pixel.x) * self.ax, (sample.y - pixel.y) * self.ay
         apart2 = horizon.apart_squared(dX, dY, pixel.X, pixel.Y, pixel.rcp_a2, sample.X, sample.Y, self.orthographic)
         upper, lower = horizon.cut_at_sphere(front, d2, dV, apart2, pixel.p, self.radius, self.orthographic)
         if self.thickness != "solid":
             lower = dr.select(back > lower, back, lower)
-        return upper, dr.select(lower < upper, lower, upper)
-
-
-def _with(pair, side, value):
-    """The pair with one of its two sides replaced."""
-    return (value, pair[1]) if side == 0 else (pair[0], value)
+        # Both ends of a sheet are the same point, but for rounding.
+        return upper, dr.select(lower < upper, lower, upper), lower <= upper + 1e-5
