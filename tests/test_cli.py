@@ -592,6 +592,8 @@ def test_render(command, tmp_path):
     assert np.array_equal(channels["layers.01.Z"], layers.front.numpy()[1])
     assert np.array_equal(channels["layers.01.ZBack"], layers.back.numpy()[1])
     assert np.array_equal(gtao.GBuffer.from_exr(path).layers.back.numpy(), layers.back.numpy())
+    assert command("occlusion", path, "-o", tmp_path / "ao.exr", "--set", "radius=0.5").code == 0
+    assert np.array_equal(gtao.GBuffer.from_exr(tmp_path / "ao.exr").layers.back.numpy(), layers.back.numpy())
     assert np.array_equal(channels["N.Y"], g.normal_v.numpy()[..., 1])
     assert np.array_equal(channels["albedo.G"], g.albedo.numpy()[..., 1])
     assert np.array_equal(channels["visibility.mean"], expected.mean.numpy())
