@@ -236,6 +236,30 @@ def test_linked_samples_against_arcs_found_point_by_point(name, thickness):
     assert got == pytest.approx(want, abs=ROUNDING)
 
 
+@pytest.mark.parametrize("extent", [0.0, 0.01], ids=["sheets", "plates"])
+@pytest.mark.parametrize("cut", ["sphere", "sample", "none"])
+@pytest.mark.parametrize("name", FIELDS)
+def test_links_of_thin_bodies_against_arcs_found_point_by_point(name, cut, extent):
+    """Bodies in random depths: neighbours on both sides of the slope up to which they are one."""
+    smooth = FIELDS[name]()
+    z = smooth.view_z - np.random.default_rng(3).uniform(0.0, 1.2, smooth.view_z.shape)
+    field = fields.Field(z, smooth.normal_v, smooth.camera, smooth.orthographic)
+    options = {"thickness": gtao.MeasuredThickness(), "sector_rounding": "nearest", "linked": True}
+    layers = z[None], z[None] + extent
+    got, want = compare(field, options, lambda r, c: [(z[r, c], z[r, c] + extent)], layers, cut=cut, rounding="nearest")
+    assert got == pytest.approx(want, abs=ROUNDING)
+    assert np.ptp(want) > 0.1
+
+
+def test_interpolated_fronts_keep_their_bodies():
+    """On a plane the linear fetch puts samples between texels, in front of or behind the depth of the nearest."""
+    field = fields.tilted_plane(1.0, 0.4)
+    layers = field.view_z[None], field.view_z[None] + 0.002
+    options = {"n_slices": 3, "n_steps": 6, "fetch": "linear", "weighting": "uniform"}
+    method = gtao.VisibilityBitmask(thickness=gtao.MeasuredThickness(), **options)
+    assert (image(field, method, layers=layers) == 1).all()
+
+
 def bar(thickness, *, size=96, height=0.4, edges=(0.25, 0.45)):
     """A bar over a floor, endless along y, seen from above; its field, layers and the floor's visibility beside it.
 

@@ -130,7 +130,9 @@ class Sectors:
             for k, layer in enumerate(self.layers):
                 near, far = (fetch.nearest(b, sample.x, sample.y, width, height, self.types)[0] for b in layer)
                 body = self._behind(sample, near - z, sl) if k else (sample.c, sample.d2, sample.dV)
-                yield *self._within(body, sample, sl, self._behind(sample, far - z, sl)[0]), near, far
+                # The sample is the first body's front, even where it was interpolated.
+                back = self._behind(sample, far - (z if k else near), sl)[0]
+                yield *self._within(body, sample, sl, back), near, far
             return
         if self.thickness == "solid":
             depth = dr.inf
@@ -165,5 +167,4 @@ class Sectors:
         upper, lower = horizon.cut_at_sphere(front, d2, dV, apart2, pixel.p, self.radius, self.orthographic)
         if self.thickness != "solid":
             lower = dr.select(back > lower, back, lower)
-        # Both ends of a sheet are the same point, but for rounding.
-        return upper, dr.select(lower < upper, lower, upper), lower <= upper + 1e-5
+        return upper, dr.select(lower < upper, lower, upper), lower <= upper
