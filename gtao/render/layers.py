@@ -21,23 +21,23 @@ __all__ = ["layers", "thickness"]
 
 #: Rays in one launch: their crossings take some hundred bytes each.
 RAYS_PER_CHUNK = 1 << 18
-#: Rounding between two ways to compute one hit point, relative to its depth.
-SAME_DEPTH = 1e-5
+#: Rounding between two ways to compute one hit point, relative to its depth and to its largest coordinate.
+SAME_DEPTH, SAME_PLACE = 1e-5, 2.0**-20
 
 
 def layers(scene: Any, g: Any = None, n_layers: int = 4, *, sensor: Any = 0) -> DepthLayers:
     """Where the ray through every pixel centre enters and leaves the bodies of the scene.
 
     The rays are those of :func:`gtao.render.gbuffer`, and go on through everything. A connected surface that a ray
-    enters and leaves again is a body; bodies that overlap or touch are one, also where they merely seem to because the
-    gap is smaller than the 9e-5 (1 + |p|) by which the ray tracer offsets its rays. What is crossed without being
-    left again (a card, a leaf) is a sheet: its back is its front. But a surface of half the size of the scene or more
-    (the ground, a backdrop) with nothing behind it is no sheet but the border of something unknown: its back is
-    infinite.
+    enters and leaves again is a body; bodies that overlap or touch, to 1.5e-5 of the largest coordinate, are one. What
+    is crossed without being left again (a card, a leaf) is a sheet: its back is its front. But a surface of half the
+    size of the scene or more (the ground, a backdrop) with nothing behind it is no sheet but the border of something
+    unknown: its back is infinite.
 
     Triangles belong together that share edges, in one mesh or across shapes. On a closed surface the first crossing
     enters, whichever way its normals point; on an open one the side counts that the geometric normal points to: a ray
-    enters at the front and leaves at the back. Shape groups count as one surface per instance.
+    enters at the front and leaves at the back. Shape groups count as one surface per instance. Of curves the tracer
+    reports the front only: they are sheets.
 
     Args:
         scene: ``mitsuba.Scene``; see :func:`gtao.render.load_scene`.
@@ -117,16 +117,18 @@ def _peel(
     found = bodies(crossings(traceable, origin, direction), traceable.closed, traceable.large, n_layers, reach)
     along = direction.numpy().T.astype(np.float64) @ -hits.view_to_world[:3, 2]
     front, back = (hits.camera.near + t * along for t in found)
-    return _anchored(front, back, hits.view_z.numpy()[pixel], view_z[pixel])
+    seen = hits.view_z.numpy()[pixel]
+    return _anchored(front, back, seen, view_z[pixel], SAME_DEPTH * seen + SAME_PLACE * reach)
 
 
-def _anchored(front: np.ndarray, back: np.ndarray, seen: np.ndarray, view_z: np.ndarray) -> tuple[Any, Any]:
+def _anchored(
+    front: np.ndarray, back: np.ndarray, seen: np.ndarray, view_z: np.ndarray, tolerance: np.ndarray
+) -> tuple[Any, Any]:
     """Let the first body begin at ``view_z``, with the thickness that it has behind the surface ``seen`` there.
 
     Rounding lets a ray slip through an edge in one trace and not in the other. Bodies in front of what the frame shows
     are dropped, and a surface that the frame shows but the peeling missed is put in as a sheet.
     """
-    tolerance = SAME_DEPTH * seen
     none = np.full((1, len(seen)), np.inf)
     while (ahead := back[0] < seen - tolerance).any():
         front, back = (np.where(ahead, np.append(v[1:], none, axis=0), v) for v in (front, back))

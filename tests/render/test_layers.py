@@ -384,6 +384,23 @@ def test_a_foil_is_not_lost():
         assert np.all(np.isinf(front[1]))
 
 
+def test_far_from_the_origin():
+    at = np.array([3e4, -2e4, 1e4])
+    slab = S.cube(at - np.array([50, 0, 50]), at + np.array([50, 0.5, 50]))
+    card_ = S.rectangle(
+        S.transform().translate(list(at - (0, 1, 0)))
+        @ S.transform().rotate([1, 0, 0], 90)
+        @ S.transform().scale([0.3, 0.3, 1])
+    )
+    g, front, back = peel(S.scene(S.perspective(at - (0, 3, 0), at, fov=50.0), slab=slab, card=card_))
+    over = g.view_z.numpy() < 2.5
+    assert 20 < over.sum() < 500
+    # Hit points are only known to 3e4 * 2^-24 there.
+    np.testing.assert_allclose(extent(front, back)[~over], 0.5, atol=4e-3)
+    np.testing.assert_array_equal(back[0][over], front[0][over])
+    np.testing.assert_allclose(back[1][over] - front[1][over], 0.5, atol=4e-3)
+
+
 def _rays(g, scene):
     """(H W, 3) origins and directions of the pixel centres in float64, and units along the axis per unit of ray."""
     _, view_to_world = render.camera_from_sensor(scene.sensors()[0])
