@@ -19,11 +19,13 @@ class AmbientOcclusion:
         visibility: (H, W) tensor, 1 = open, 1 on the background. An unbiased estimate: with few slices single pixels
             of tilted surfaces exceed 1 (others fall short; theory, eq. (17)), so average or denoise before clamping.
         bent_normal: (H, W, 3) mean unoccluded direction in the view frame, or None.
+        variance: (H, W) variance of the visibility, 0 on the background; from Monte Carlo methods, else None.
         config: the method that made it.
     """
 
     visibility: Any
     bent_normal: Any = None
+    variance: Any = None
     config: Any = None
 
     def crop(self, x0: int, y0: int, width: int, height: int) -> "AmbientOcclusion":

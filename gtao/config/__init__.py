@@ -13,6 +13,7 @@ from .falloff import IndexFalloff, LinearFalloff, NoCut, QuadraticFalloff, Sampl
 from .filters import EdgeAwareFilter, PlaneAwareFilter, SpatialFilter
 from .gtao import GTAO
 from .hbao import HBAO
+from .heightfield import HeightfieldHorizon, HeightfieldRayMarch
 from .named import NAMED, NamedMethod, named, with_budget
 from .pipeline import Pipeline
 from .pyramid import DepthPyramid
@@ -36,6 +37,8 @@ __all__ = [
     "DepthPyramid",
     "Deviation",
     "EdgeAwareFilter",
+    "HeightfieldHorizon",
+    "HeightfieldRayMarch",
     "IndexFalloff",
     "LinearFalloff",
     "LinearThickness",
@@ -57,7 +60,7 @@ __all__ = [
     "with_budget",
 ]
 
-register(GTAO, HBAO, VisibilityBitmask, Pipeline)
+register(GTAO, HBAO, VisibilityBitmask, HeightfieldRayMarch, HeightfieldHorizon, Pipeline)
 register(LinearFalloff, QuadraticFalloff, IndexFalloff, SampleCut, NoCut)
 register(RunningThickness, DepthCut, ConstantThickness, ContinuityThickness, LinearThickness, MeasuredThickness)
 register(EdgeAwareFilter, SpatialFilter, PlaneAwareFilter)
