@@ -2,7 +2,7 @@
 
 Therrien et al. 2023. The slice's hemisphere [γ - π/2, γ + π/2] is mapped to [0, 1] and cut into sectors of equal
 length; each sample sets the bits of the sectors that it covers. The map decides what the open share measures
-(theory, eq. (57)):
+(theory, eq. (58)):
 
 ======== ============================================= ==============================================================
 mapping  equal sectors hold equal                      a slice contributes the open share times
@@ -133,7 +133,7 @@ def jitter(x, y, index, key):
 def sectors(front, back, side, xi, n, rounding="jittered"):
     """Sectors that the arc between two positions covers, as ⌈n/32⌉ masks of up to 32 bits.
 
-    "jittered": bits k0 <= k < k1 with k_i = ⌊n x_i + ξ⌋ (theory, eq. (58)). Bit k stands for the point (k + 1 - ξ)/n.
+    "jittered": bits k0 <= k < k1 with k_i = ⌊n x_i + ξ⌋ (theory, eq. (59)). Bit k stands for the point (k + 1 - ξ)/n.
     With one uniform ξ for all arcs of a slice the points are a stratified sample, and the share of bits in the union
     of masks is unbiased for the length of the union of arcs. "nearest" has ξ = ½. "outward" is the original, ⌈n w⌉
     sectors from ⌊n x⌋ on for an arc of width w that begins at x, and over-occludes by up to a sector per sample.

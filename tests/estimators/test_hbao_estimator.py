@@ -3,7 +3,10 @@
 import numpy as np
 import pytest
 from analytic._frames import frame
+from drjit.llvm.ad import TensorXf64
 from oracles import fields, hbao
+
+import drjit as dr  # isort: skip
 
 import gtao
 
@@ -111,3 +114,30 @@ def test_attenuation_forgives_far_occluders_only():
         image(field, gtao.HBAO(radius=200.0, attenuation=kind, max_radius_px=10)) for kind in ("sample", "none")
     )
     assert near == pytest.approx(free, abs=0.01)
+
+
+@pytest.mark.parametrize("attenuation", ["sample", "horizon", "none"])
+def test_reverse_mode_is_the_derivative(attenuation):
+    """Central differences in float64: rounding 1e-16 / 1e-6 and truncation 1e-12 of gradients of order 1."""
+    field = fields.from_above(fields.gaussians(0.35, 0.2, count=12, seed=4), size=16)
+    camera = frame(field, np.float64).camera
+    # Depths that are no smooth function keep samples off ties, where the horizon has a kink.
+    depth = field.view_z + np.random.default_rng(0).uniform(0, 0.02, field.view_z.shape)
+
+    def total(view_z):
+        g = gtao.GBuffer(view_z, TensorXf64(field.normal_v), camera)
+        method = gtao.HBAO(radius=0.7, n_directions=4, n_steps=5, attenuation=attenuation)
+        return dr.sum(gtao.ambient_occlusion(g, method).visibility, axis=None)
+
+    z = TensorXf64(depth)
+    dr.enable_grad(z)
+    dr.backward(total(z))
+    gradient = dr.grad(z).numpy()
+    assert np.abs(gradient).max() > 0.1
+    for row, column in pixels(field, 6):
+        values = []
+        for h in (1e-6, -1e-6):
+            moved = depth.copy()
+            moved[row, column] += h
+            values.append(total(TensorXf64(moved)).array[0])
+        assert gradient[row, column] == pytest.approx((values[0] - values[1]) / 2e-6, rel=1e-6, abs=1e-6)
