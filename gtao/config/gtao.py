@@ -94,6 +94,18 @@ class GTAO(SliceMethod):
                 )
 
     @classmethod
+    def xegtao(cls, level: str = "high", radius: float = 0.5) -> "GTAO":
+        """What XeGTAO computes before its denoiser; see :func:`gtao.config.engines.xegtao`.
+
+        Args:
+            level: "low", "medium", "high" or "ultra".
+            radius: effect radius in scene units.
+        """
+        from .engines import xegtao
+
+        return xegtao(level, radius).occlusion
+
+    @classmethod
     def as_published(cls, radius: float = 200.0, **changes: Any) -> "GTAO":
         """One slice, slices even in the image, linear steps and falloff over the last quarter of the radius.
 

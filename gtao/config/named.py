@@ -3,10 +3,12 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 from gtao.errors import ConfigError
 
+from . import engines
 from .bitmask import VisibilityBitmask
 from .gtao import GTAO
 from .hbao import HBAO
@@ -62,6 +64,19 @@ _add(
     lambda radius: Pipeline(occlusion=VisibilityBitmask(radius=radius), clamp=False),
     math.inf,
 )
+for _level, (_slices, _steps) in engines.LEVELS.items():
+    _add(
+        f"xegtao-{_level}",
+        f"XeGTAO (2021), {_slices}×{_steps} slices and steps per side",
+        partial(engines.xegtao, _level),
+        0.5,
+    )
+_add("hdrp", "Unity HDRP at full resolution, two directions of six steps per side", engines.hdrp, 2.0)
+_add("filament", "Filament's GTAO, 4×3 slices and steps per side", engines.filament, 0.3)
+_add("filament-bitmask", "Filament's visibility bitmask, as thick as 5/3 of the radius", engines.filament_bitmask, 0.3)
+_add("bevy", "Bevy's visibility bitmask at its level high, 3×3 and six sectors", partial(engines.bevy, "high"), 0.7285)
+_add("threejs", "three.js' GTAONode for WebGPU, 3×6", partial(engines.threejs, "node"), 0.25)
+_add("threejs-webgl", "three.js' GTAOPass for WebGL, 3×6", partial(engines.threejs, "webgl"), 0.25)
 
 
 def named(name: str, radius: float | None = None) -> Pipeline:
@@ -81,7 +96,15 @@ def named(name: str, radius: float | None = None) -> Pipeline:
 
 
 def with_budget(pipeline: Pipeline, n_slices: int, n_steps: int) -> Pipeline:
-    """The same pipeline with other counts: 2 n_slices n_steps depth samples per pixel."""
+    """The same pipeline with other counts: 2 n_slices n_steps depth samples per pixel.
+
+    Azimuths that are listed one by one become even ones, unless their number stays.
+    """
     method = pipeline.occlusion
-    slices = {"n_directions": 2 * n_slices} if isinstance(method, HBAO) else {"n_slices": n_slices}
+    slices: dict[str, Any] = {"n_slices": n_slices}
+    if isinstance(method, HBAO):
+        slices = {"n_directions": 2 * n_slices}
+    angles = getattr(method, "slice_angles", None)
+    if angles is not None and len(angles) != n_slices:
+        slices["slice_angles"] = None
     return replace(pipeline, occlusion=replace(method, n_steps=n_steps, **slices))

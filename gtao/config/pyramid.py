@@ -9,7 +9,7 @@ from ._checks import check_choice, check_count, check_number
 
 __all__ = ["DepthPyramid"]
 
-Filter = Literal["weighted", "min", "max", "average"]
+Filter = Literal["weighted", "min", "max", "average", "harmonic", "rotated_grid"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,9 +23,11 @@ class DepthPyramid:
         filter: what a texel makes of the four below it. "weighted": the mean of those not much nearer than the
             farthest, by the ramp of the method's falloff (of the last 61.5 % of the radius without one) shrunk to
             three quarters: thin things disappear, and a texel that contains background is background. "min", "max":
-            the nearest or farthest. "average": the mean of the surfaces.
+            the nearest or farthest. "average": the mean of the surfaces. "harmonic": the mean in 1/z, background
+            included. "rotated_grid": one of the four, another one in odd rows and columns.
         n_levels: 1 (the depth buffer alone) to 12.
-        level_offset: logarithm of the distance up to which level 0 is read, but for rounding.
+        level_offset: logarithm of the distance up to which level 0 is read, but for rounding; from -16, where every
+            sample reads the last level, to 16.
     """
 
     filter: Filter = "weighted"
@@ -35,5 +37,5 @@ class DepthPyramid:
     def __post_init__(self) -> None:
         check_choice("pyramid filter", self.filter, Filter)
         check_count("pyramid n_levels", self.n_levels, 1, 12)
-        if not 0 <= check_number("pyramid level_offset", self.level_offset) <= 16:
-            raise ConfigError(f"pyramid level_offset must lie in [0, 16], got {self.level_offset}")
+        if not -16 <= check_number("pyramid level_offset", self.level_offset) <= 16:
+            raise ConfigError(f"pyramid level_offset must lie in [-16, 16], got {self.level_offset}")

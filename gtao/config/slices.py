@@ -76,7 +76,7 @@ class SliceMethod:
             papers' rotations and offsets per frame ("interleaved_gradient_cycled"), "hilbert_r2" (a low-discrepancy
             sequence along a Hilbert curve), or "white".
         seed: selects the sequence of the "white" noise.
-        pyramid: coarser depth for far samples, with the "nearest" fetch only.
+        pyramid: coarser depth for far samples, with the fetches "nearest", "floor" and "bilinear".
         depth_bias: share of its depth by which the shaded point is pulled to the viewer, against self-occlusion.
     """
 
@@ -146,10 +146,10 @@ class SliceMethod:
         check_instance("pyramid", self.pyramid, DepthPyramid)
         if self.pyramid is None:
             return
-        if self.fetch != "nearest":
-            raise ConfigError(f"a pyramid is read with fetch 'nearest' only, got {self.fetch!r}")
+        if self.fetch not in ("nearest", "floor", "bilinear"):
+            raise ConfigError(f"a pyramid is read with fetch 'nearest', 'floor' or 'bilinear', got {self.fetch!r}")
         if self.pyramid.filter == "weighted" and math.isinf(self.radius):
-            raise ConfigError("a weighted pyramid needs a finite radius, or a filter of 'min', 'max' or 'average'")
+            raise ConfigError("a weighted pyramid needs a finite radius, or another filter")
 
     def _check_angles(self) -> None:
         if self.slice_angles is None:

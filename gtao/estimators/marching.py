@@ -109,12 +109,12 @@ def march_frame(g: GBuffer, method: Any, accumulator: Any, radius: float, frame_
             f"gradients need all steps in one block: choose n_steps <= {steps.MAX_UNROLLED}, got {method.n_steps}"
         )
     field = g.view_z.array
-    if switches.fetch in _INTERPOLATING:
+    if switches.pyramid is not None:
+        field = g.depth_pyramid(switches.pyramid, method.pyramid.filter, *_near_and_far(method))
+    elif switches.fetch in _INTERPOLATING:
         field = g.affine_field()
         # The sign marks depth edges, which "bilinear" does not know.
         field = abs(field) if switches.fetch == "bilinear" else field
-    elif switches.pyramid is not None:
-        field = g.depth_pyramid(switches.pyramid, method.pyramid.filter, *_near_and_far(method))
     n = g.normal_arrays()
     scalars = _scalars(g, method, radius, frame_index)
     return march.march(g.view_z.array, field, (n.x, n.y, n.z), accumulator, switches, scalars, g.types)

@@ -36,6 +36,8 @@ def read(buffer, px, py, level, k: Any, types):
     if k.leaves_frame:
         # Positions may snap off the frame too, so the shift between the point and what is read is kept.
         x, y = _within(px, 0, width - 1), _within(py, 0, height - 1)
+    if k.fetch == "bilinear" and level is not None:
+        return pyramid.bilinear_level(buffer, k.pyramid, x, y, level, k.orthographic, types), px, py
     if k.fetch in ("linear", "bilinear"):
         z, tx, ty = fetch.linear(buffer, x, y, width, height, k.orthographic, types)
         return z, tx + (px - x), ty + (py - y)

@@ -144,6 +144,21 @@ def test_background_lowers_a_horizon_toward_its_eye_ray(precision):
     assert seen == pytest.approx(c + tau * (far - c), abs=precision.tolerance)
 
 
+@pytest.mark.parametrize("toward", ["tangent", "horizon"])
+def test_a_sample_on_the_point_itself_changes_nothing(precision, toward):
+    options = {
+        "falloff": "quadratic",
+        "toward": toward,
+        "scale": -0.1,
+        "offset": 1.0,
+        "thickness": "running",
+        "tau": 0.3,
+    }
+    before, _, _ = accumulate(precision, [(0.4, 0.1)], **options)
+    after, _, _ = accumulate(precision, [(0.4, 0.1), (math.nan, 0)], **options)
+    assert after == before
+
+
 def test_background_does_not_raise_a_horizon_by_a_share(precision):
     options = {"falloff": "quadratic", "toward": "horizon", "scale": -1.0, "offset": 1.0}
     seen, _, _ = accumulate(precision, [(0.4, 0.1), (math.nan, math.inf)], **options)

@@ -52,7 +52,11 @@ def test_a_thin_near_thing_disappears_from_the_weighted_levels_only(precision):
     for name in pyramid.FILTERS:
         buffer, table = built(precision, z, 2, name)
         lowest[name] = np.array(buffer)[table.offsets[1] :].min()
-    assert lowest == pytest.approx({"weighted": 5.0, "max": 5.0, "min": 2.0, "average": 3.5})
+    # Of reciprocals 1/5 and 1/2 the mean is 0.35.
+    harmonic = 1 / 0.35
+    assert lowest == pytest.approx(
+        {"weighted": 5.0, "max": 5.0, "min": 2.0, "average": 3.5, "harmonic": harmonic, "rotated_grid": 2.0}
+    )
 
 
 def test_constant_depth_stays(precision):
@@ -76,6 +80,30 @@ def test_every_pixel_reads_the_texel_that_contains_it(precision, size):
         assert np.array(got) == pytest.approx(expected, rel=1e-6)
 
 
+@pytest.mark.parametrize("orthographic", [False, True])
+@pytest.mark.parametrize("size", [(16, 16), (7, 5), (33, 17)])
+def test_interpolation_inside_a_level(precision, orthographic, size):
+    width, height = size
+    z = depth(width, height, holes=False)
+    buffer, table = built(precision, z, 4, "max")
+    images = pyramids.levels(z, 4, "max")
+    rng = np.random.default_rng(2)
+    x, y = rng.uniform(0, width - 1, 50), rng.uniform(0, height - 1, 50)
+    x[0], y[0], x[1], y[1] = 0, 0, width - 1, height - 1
+    for k in range(4):
+        image = images[k] if orthographic else 1 / images[k]
+        expected = []
+        for u, v in zip((x + 0.5) / 2**k - 0.5, (y + 0.5) / 2**k - 0.5, strict=True):
+            u, v = np.clip(u, 0, image.shape[1] - 1), np.clip(v, 0, image.shape[0] - 1)
+            j = min(int(v), max(image.shape[0] - 2, 0))
+            rows = [np.interp(u, np.arange(image.shape[1]), image[row]) for row in (j, min(j + 1, image.shape[0] - 1))]
+            expected.append(rows[0] + (v - j) * (rows[1] - rows[0]))
+        lanes = precision.types.UInt(np.full(x.size, k, dtype=np.uint32))
+        points = precision.Float(x), precision.Float(y)
+        got = np.array(pyramid.bilinear_level(buffer, table, *points, lanes, orthographic, precision.types))
+        assert (got if orthographic else 1 / got) == pytest.approx(np.array(expected), rel=2e-6)
+
+
 def test_no_wild_address_for_coordinates_that_are_no_numbers(precision):
     z = depth(8, 8)
     buffer, table = built(precision, z, 3, "min")
@@ -84,7 +112,7 @@ def test_no_wild_address_for_coordinates_that_are_no_numbers(precision):
     assert set(np.array(got)) <= set(np.array(buffer))
 
 
-@pytest.mark.parametrize("offset", [0.0, 2.5, 3.3])
+@pytest.mark.parametrize("offset", [-1.0, 0.0, 2.5, 3.3])
 def test_level_of_a_distance(precision, offset):
     """clamp(log2 d - offset), then to the nearest: what a sampler does that filters neither texels nor levels."""
     table = pyramid.Table.of(4096, 4096, 5)

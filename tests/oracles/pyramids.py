@@ -12,7 +12,15 @@ def levels(view_z, n_levels, name, start=None, end=None):
         image = np.empty((height, width))
         for y in range(height):
             for x in range(width):
-                image[y, x] = texel(below[2 * y : 2 * y + 2, 2 * x : 2 * x + 2].ravel(), name, start, end)
+                four = below[2 * y : 2 * y + 2, 2 * x : 2 * x + 2]
+                if name == "rotated_grid":
+                    image[y, x] = four[min(x % 2, four.shape[0] - 1), min(y % 2, four.shape[1] - 1)]
+                elif name == "harmonic":
+                    # Where there are less than four, the outermost count twice.
+                    full = np.pad(four, [(0, 2 - four.shape[0]), (0, 2 - four.shape[1])], mode="edge")
+                    image[y, x] = np.inf if np.isinf(full).all() else 1 / np.mean(1 / full)
+                else:
+                    image[y, x] = texel(four.ravel(), name, start, end)
         images.append(image)
     return images
 

@@ -68,7 +68,7 @@ class Horizon:
         if self.thickness == "running":
             # The background lies below most horizons, and a horizon sinks toward what lies below it.
             far = horizon.background_cosine(sample.X, sample.Y, sl.pixel.V, self.orthographic)
-            c = dr.select(c == c, c, far)
+            c = dr.select(d2 == dr.inf, far, c)
         if self.stretched:
             Dx, Dy, Dz = sample.D
             Dz = Dz * self.stretch
@@ -87,12 +87,15 @@ class Horizon:
         else:
             if self.falloff in ("linear", "quadratic"):
                 c = horizon.attenuate(c, self._tangent(sl)[side] if self.toward == "tangent" else -1, w)
-            best = thickness.running(c, best, self.tau) if self.thickness == "running" else dr.select(c > best, c, best)
+            raised = thickness.running(c, best, self.tau) if self.thickness == "running" else c
+            known = c == c if self.thickness == "running" else c > best
+            best = dr.select(known, raised, best)
         return (best, state[1]) if side == 0 else (state[0], best)
 
     def _raised(self, best, c, w):
         """The horizon after a sample that moves it by the share w only: theory, eq. (65)."""
-        sunk = dr.fma(self.tau, c - best, best) if self.thickness == "running" else best
+        # A sample that is the shaded point itself has no direction, and c is NaN.
+        sunk = dr.select(c == c, dr.fma(self.tau, c - best, best), best) if self.thickness == "running" else best
         return dr.select(c > best, dr.fma(w, c - best, best), sunk)
 
     def _tangent(self, sl):
