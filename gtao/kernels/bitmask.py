@@ -86,7 +86,8 @@ def position(mapping, constants, start, side, c):
 
     With θ = ∓arccos c: "angle" is x = (θ - γ)/π + ½ (Therrien et al. 2023); "uniform" x = ½ (U(θ) + 1 - sin γ),
     U(t) = sgn(t) (1 - cos t); "cosine" x = (G(θ) - G(γ - π/2)) / (cos γ + γ sin γ), G the antiderivative of
-    cos(θ - γ) |sin θ|. The last two are the cumulative distributions of the arcs of Jimenez et al. 2016.
+    cos(θ - γ) |sin θ|, here in the cosines of theory, eq. (83). The last two are the cumulative distributions of the
+    arcs of Jimenez et al. 2016.
 
     Args:
         mapping: one of ``MAPPINGS``.
@@ -135,8 +136,9 @@ def sectors(front, back, side, xi, n, rounding="jittered"):
 
     "jittered": bits k0 <= k < k1 with k_i = ⌊n x_i + ξ⌋ (theory, eq. (59)). Bit k stands for the point (k + 1 - ξ)/n.
     With one uniform ξ for all arcs of a slice the points are a stratified sample, and the share of bits in the union
-    of masks is unbiased for the length of the union of arcs. "nearest" has ξ = ½. "outward" is the original, ⌈n w⌉
-    sectors from ⌊n x⌋ on for an arc of width w that begins at x, and over-occludes by up to a sector per sample.
+    of masks is unbiased for the length of the union of arcs, with the variance of eq. (84). "nearest" has ξ = ½.
+    "outward" is the original, ⌈n w⌉ sectors from ⌊n x⌋ on for an arc of width w that begins at x, and over-occludes by
+    up to a sector per sample.
 
     Args:
         front, back: positions of the arc's ends in [0, 1]; the back lies deeper, so farther from θ = 0 on its side.

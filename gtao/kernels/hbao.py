@@ -1,9 +1,9 @@
 """Horizon-based ambient occlusion: what a direction blocks between the tangent plane and its horizon.
 
 Bavoil et al. 2008. The sketch speaks of elevations above the plane orthogonal to a zenith axis: the tangent angle t,
-the horizon angle h, the elevation α of a sample. Only their sines enter its integral, and the sine of an elevation is
-the cosine to the zenith: no angle is ever computed. A direction blocks (sin h - sin t) W, its share of an open
-hemisphere is 1.
+the horizon angle h, the elevation α of a sample. Only their sines enter its integral (theory, eq. (79)), and the sine
+of an elevation is the cosine to the zenith: no angle is ever computed. A direction blocks (sin h - sin t) W, its share
+of an open hemisphere is 1.
 """
 
 import drjit as dr
@@ -22,10 +22,10 @@ def left_of(ux, uy, X=0, Y=0):
 
 
 def tangent(n, left, zenith):
-    """sin t ahead: elevation of the line in which the tangent plane meets the slice; behind it is the opposite.
+    """sin t ahead, theory, eq. (82): elevation of the line in which the tangent plane meets the slice.
 
-    An eye ray of the slice meets the tangent plane on this line, which is how the sketch finds t. With the view vector
-    as zenith it is the start of the horizon search (theory, eq. (9)), with parallel eye rays
+    Behind it is the opposite. Eye rays of the slice meet the tangent plane on this line, which is how the sketch finds
+    t. With the view vector as zenith it is the start of the horizon search (eq. (9)), with parallel eye rays
     t = -arctan((n_x cos θ + n_y sin θ) / n_z).
 
     Args:
@@ -47,7 +47,7 @@ def attenuation(distance2, rcp_radius):
 def by_sample(c, w, h, blocked):
     """One more sample of a direction, attenuated by itself: it blocks (sin α - sin h) W(S) above the horizon so far.
 
-    Samples come outward; another order gives another result.
+    Theory, eq. (80). Samples come outward; another order gives another result.
 
     Args:
         c: sin α of the sample, NaN where there is none.

@@ -109,7 +109,7 @@ class Sectors:
         return z if self.thickness == "continuity" else (), *((image, matter) if self.linked else ((), ()))
 
     def _joined(self, body, before, sample, image):
-        """The arc of a body together with that of the sample before, if both are parts of one."""
+        """The arc of a body together with that of the sample before, if both are parts of one (theory, eq. (86))."""
         (front, back, there, near, far), (front0, back0, there0, near0, far0) = body, before
         gap = dr.select(near > near0, near, near0) - dr.select(far < far0, far, far0)
         dX, dY = sample.X - image[0], sample.Y - image[1]
@@ -155,7 +155,7 @@ class Sectors:
         return horizon.cosine((Dx, Dy, Dz - depth), sl.pixel.V)
 
     def _within(self, body, sample, sl, back):
-        """The arc from the front of a body to its back, as far as it lies within the radius."""
+        """The arc from the front of a body to its back, as far as it lies within the radius (theory, eq. (85))."""
         pixel, (front, d2, dV) = sl.pixel, body
         if self.cut == "none":
             return front, back, dr.isfinite(d2)

@@ -1,4 +1,4 @@
-"""What every direction blocks between its tangent and its horizon, attenuated by distance (Bavoil et al. 2008)."""
+"""What every direction blocks between its tangent and its horizon, attenuated by distance (theory, eq. (79))."""
 
 from dataclasses import dataclass
 from typing import Any
