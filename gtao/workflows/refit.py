@@ -13,6 +13,7 @@ from gtao import fit, io, plot, render
 from gtao.data.multibounce import JIMENEZ2016, MultibounceFit
 from gtao.errors import RecordError
 
+from .outputs import listed, save_figures
 from .settings import RefitConfig
 from .transports import SceneData, collect
 from .views import scene_names
@@ -26,7 +27,6 @@ TABULATED = (4.0, math.inf)
 #: Suffix of the file of each shading language.
 LANGUAGES = {"hlsl": "hlsl", "glsl": "glsl", "wgsl": "wgsl", "c": "h"}
 SHOWN_SHADER = "hlsl"
-PLOT_DPI = 110
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,7 +153,7 @@ def refit(
     figures = plot.refit_figures(result, tables, diagnostics)
     figures["scenes"] = plot.image_row([d.visibility for d in data], [d.name for d in data])
     # From here on files change: without its record the directory counts as unfinished.
-    earlier = _listed(record_path)
+    earlier = listed(record_path)
     record_path.unlink(missing_ok=True)
     outputs = _write_outputs(output, result.fit, shaders, figures)
     for name in earlier - set(outputs):
@@ -173,15 +173,6 @@ def refit(
     io.write_record(record_path, record, overwrite=True)
     steps.next()
     return RefitOutcome(result.fit, result, tables, record)
-
-
-def _listed(record_path: Path) -> set[str]:
-    """Names of the files beside the record that it lists as its outputs."""
-    try:
-        listed = {entry.get("path") for entry in io.read_record(record_path)["outputs"]}
-    except RecordError:
-        return set()
-    return {name for name in listed if isinstance(name, str) and name == Path(name).name}
 
 
 def _portable(config: RefitConfig) -> dict[str, Any]:
@@ -214,8 +205,4 @@ def _write_outputs(output: Path, fitted: MultibounceFit, shaders: dict[str, str]
     for suffix, code in shaders.items():
         names.append(f"multibounce.{suffix}")
         io.write_text(output / names[-1], code)
-    for name, figure in figures.items():
-        names.append(f"{name}.png")
-        with io.atomic_path(output / names[-1]) as path:
-            figure.savefig(path, format="png", dpi=PLOT_DPI, metadata={"Software": None})
-    return names
+    return names + save_figures(output, figures)
