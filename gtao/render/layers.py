@@ -19,8 +19,8 @@ from .variant import ensure_variant
 
 __all__ = ["layers", "thickness"]
 
-#: Rays in one launch: their crossings take some hundred bytes each.
-RAYS_PER_CHUNK = 1 << 18
+#: Rays in one launch: the sorting of their crossings takes up to 4 kB each.
+RAYS_PER_CHUNK = 1 << 16
 #: Rounding between two ways to compute one hit point, relative to its depth and to its largest coordinate.
 SAME_DEPTH, SAME_PLACE = 1e-5, 2.0**-20
 
