@@ -45,6 +45,9 @@ def from_dict(data: Any, default: str | None = None) -> Any:
         k: from_dict(v, "LinearFalloff" if k == "falloff" else None) if isinstance(v, dict) else v
         for k, v in data.items()
     }
+    known = [f.name for f in fields(_TYPES[kind])]
+    if unknown := sorted(set(values) - set(known)):
+        raise ConfigError(f"bad {kind} options: there is no {', '.join(unknown)}; choose from {', '.join(known)}")
     required = (f.name for f in fields(_TYPES[kind]) if f.default is MISSING is f.default_factory)
     missing = [name for name in required if name not in values]
     if missing:
