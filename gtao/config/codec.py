@@ -52,7 +52,4 @@ def from_dict(data: Any, default: str | None = None) -> Any:
     missing = [name for name in required if name not in values]
     if missing:
         raise ConfigError(f"{kind} also needs {' and '.join(missing)}")
-    try:
-        return _TYPES[kind](**values)
-    except TypeError as error:
-        raise ConfigError(f"bad {kind} options: {error}") from None
+    return _TYPES[kind](**values)
