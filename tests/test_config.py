@@ -31,6 +31,10 @@ def test_plain_values_and_back(config):
     assert gtao.method_from_dict(json.loads(json.dumps(plain))) == config
 
 
+def test_infinity_as_records_write_it():
+    assert gtao.method_from_dict({"radius": "inf", "ceiling": "inf"}) == gtao.GTAO()
+
+
 @pytest.mark.parametrize("name", NAMED)
 def test_named_methods_survive_the_round_trip_and_scale_with_the_radius(name):
     pipeline = named(name, 0.5)

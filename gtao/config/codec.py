@@ -1,5 +1,6 @@
 """Configurations as plain values and back."""
 
+import math
 from dataclasses import MISSING, fields, is_dataclass
 from typing import Any
 
@@ -26,7 +27,7 @@ def to_dict(config: Any) -> dict[str, Any]:
 
 
 def from_dict(data: Any, default: str | None = None) -> Any:
-    """What :func:`to_dict` described.
+    """What :func:`to_dict` described; the text "inf" stands for infinity, as in the records.
 
     Args:
         default: class to assume where "type" is missing.
@@ -40,11 +41,7 @@ def from_dict(data: Any, default: str | None = None) -> Any:
     kind = data.pop("type", default)
     if kind not in _TYPES:
         raise ConfigError(f"unknown method {kind!r}; choose {', '.join(_TYPES)}")
-    # Records written before falloffs had types hold the linear one.
-    values = {
-        k: from_dict(v, "LinearFalloff" if k == "falloff" else None) if isinstance(v, dict) else v
-        for k, v in data.items()
-    }
+    values = {name: _value(name, value) for name, value in data.items()}
     known = [f.name for f in fields(_TYPES[kind])]
     if unknown := sorted(set(values) - set(known)):
         raise ConfigError(f"bad {kind} options: there is no {', '.join(unknown)}; choose from {', '.join(known)}")
@@ -53,3 +50,11 @@ def from_dict(data: Any, default: str | None = None) -> Any:
     if missing:
         raise ConfigError(f"{kind} also needs {' and '.join(missing)}")
     return _TYPES[kind](**values)
+
+
+def _value(name: str, value: Any) -> Any:
+    if isinstance(value, dict):
+        # Records written before falloffs had types hold the linear one.
+        return from_dict(value, "LinearFalloff" if name == "falloff" else None)
+    # JSON has no number for it.
+    return math.inf if isinstance(value, str) and value == "inf" else value
