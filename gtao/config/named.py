@@ -13,6 +13,7 @@ from .bitmask import VisibilityBitmask
 from .gtao import GTAO
 from .hbao import HBAO
 from .pipeline import Pipeline
+from .recommended import recommended
 
 __all__ = ["NAMED", "NamedMethod", "named", "with_budget"]
 
@@ -63,6 +64,11 @@ _add(
     "visibility bitmask without thickness: GTAO's integral with several blocked arcs per slice",
     lambda radius: Pipeline(occlusion=VisibilityBitmask(radius=radius), clamp=False),
     math.inf,
+)
+_add(
+    "recommended",
+    "bitmask with thickness by continuity, 3×8, filtered: the lowest error where thin and thick things mix",
+    recommended,
 )
 for _level, (_slices, _steps) in engines.LEVELS.items():
     _add(

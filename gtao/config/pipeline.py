@@ -31,6 +31,13 @@ class Pipeline:
     def __post_init__(self) -> None:
         check_flag("clamp", self.clamp)
 
+    @classmethod
+    def recommended(cls, radius: float) -> "Pipeline":
+        """What to take where nothing is known of a scene; see :func:`gtao.config.recommended.recommended`."""
+        from .recommended import recommended
+
+        return recommended(radius)
+
     def step(self, g: "GBuffer", *, frame_index: int = 0) -> "AmbientOcclusion":
         """Estimate, filter and clamp the visibility of one frame.
 

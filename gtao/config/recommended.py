@@ -1,0 +1,22 @@
+"""The method to take where nothing is known of a scene but its depth buffer."""
+
+from .bitmask import VisibilityBitmask
+from .filters import PlaneAwareFilter
+from .pipeline import Pipeline
+from .thickness import ContinuityThickness
+
+__all__ = ["recommended"]
+
+
+def recommended(radius: float) -> Pipeline:
+    """A visibility bitmask with thickness by continuity, and the filter that stays on the surface.
+
+    One set of numbers for all scenes, in units of the radius; ``fits/occlusion/2026-11`` in the repository holds the
+    search that chose them and what they cost and gain on every scene.
+
+    Args:
+        radius: reach of an occluder in scene units, finite.
+    """
+    thickness = ContinuityThickness(continuing=1.0 * radius, isolated=0.4 * radius, gap=0.25 * radius)
+    method = VisibilityBitmask(radius=radius, n_slices=3, n_steps=8, step_exponent=1.25, thickness=thickness)
+    return Pipeline(occlusion=method, spatial=PlaneAwareFilter())
