@@ -84,6 +84,7 @@ def test_unknown_names_are_errors_in_words():
         (lambda: gtao.HBAO(radius=1.0, n_directions=5), "n_directions must be even"),
         (lambda: gtao.HBAO(), "attenuation needs a finite radius"),
         (lambda: gtao.VisibilityBitmask(n_sectors=48), "n_sectors above 32 must be a multiple of 32"),
+        (lambda: gtao.VisibilityBitmask(radius=1.0, zenith="optical_axis"), "zenith='optical_axis' needs a falloff"),
         (lambda: gtao.VisibilityBitmask(n_sectors=3), "n_sectors must be an integer from 4 to 128"),
         (lambda: gtao.ConstantThickness(thickness=0.0), "thickness must be positive"),
         (lambda: gtao.RunningThickness(blend=1.1), "thickness blend must lie in"),
@@ -110,7 +111,7 @@ def test_deviations_are_what_differs_and_nothing_else():
     found = {d.option: (d.value, d.faithful) for d in deviations(method)}
     assert found == {
         "slice_measure": ("screen", "view"),
-        "step_exponent": (1.0, 2.0),
+        "step_exponent": (1.0, 1.25),
         "falloff": (gtao.LinearFalloff(start=0.75, end=1.0), None),
     }
     clean = faithful(method)

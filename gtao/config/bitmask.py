@@ -69,6 +69,11 @@ class VisibilityBitmask(SliceMethod):
             raise ConfigError(f"arccosine {self.arccosine!r} needs weighting 'angle', got {self.weighting!r}")
         check_instance("falloff", self.falloff, (SampleCut, NoCut))
         self._check_falloff(self.falloff)
+        if self.zenith == "optical_axis" and self.falloff is None and not math.isinf(self.radius):
+            raise ConfigError(
+                "zenith='optical_axis' needs a falloff: the exact cut at a radius needs slices about the view vector;"
+                " give falloff=NoCut() or SampleCut"
+            )
         check_positive("power", self.power)
         check_share("floor", self.floor)
         check_ceiling(self.ceiling)

@@ -240,7 +240,14 @@ def threejs(variant: Literal["node", "webgl"] = "node", radius: float = 0.25) ->
         falloff = QuadraticFalloff(end=radius, toward="horizon")
         # Blue noise from void and cluster in the node.
         return Pipeline(
-            occlusion=GTAO(**common, fetch="nearest_of_four", step_jitter="pixel", noise="hilbert_r2", falloff=falloff)
+            occlusion=GTAO(
+                **common,
+                fetch="nearest_of_four",
+                step_exponent=2.0,
+                step_jitter="pixel",
+                noise="hilbert_r2",
+                falloff=falloff,
+            )
         )
     # Directions from a magic square of 5×5 pixels in the pass.
     occlusion = GTAO(**common, step_exponent=1.0, step_jitter="none", falloff=IndexFalloff(), length_blend=1.0)

@@ -18,5 +18,5 @@ def recommended(radius: float) -> Pipeline:
         radius: reach of an occluder in scene units, finite.
     """
     thickness = ContinuityThickness(continuing=1.0 * radius, isolated=0.4 * radius, gap=0.25 * radius)
-    method = VisibilityBitmask(radius=radius, n_slices=3, n_steps=8, step_exponent=1.25, thickness=thickness)
+    method = VisibilityBitmask(radius=radius, n_slices=3, n_steps=8, thickness=thickness)
     return Pipeline(occlusion=method, spatial=PlaneAwareFilter())

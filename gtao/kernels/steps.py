@@ -21,6 +21,8 @@ def block_length(n_steps, limit=MAX_UNROLLED):
 def _power(t, exponent):
     if exponent == 1:
         return t
+    if exponent == 1.25:
+        return t * dr.sqrt(dr.sqrt(t))
     if exponent == 2:
         return t * t
     return t**exponent

@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from gtao import evaluate
-from gtao.config import GTAO, Pipeline, VisibilityBitmask, deviations, named, with_budget
+from gtao.config import GTAO, Pipeline, VisibilityBitmask, deviations, faithful, named, with_budget
+from gtao.errors import ConfigError
 from gtao.plot import MethodResult, SceneComparison
 
 from .frames import Frame
@@ -42,7 +43,9 @@ class _Bench:
     def result(self, name: str, pipeline: Pipeline, group: str, *, shown: bool, seconds: float | None = None) -> Any:
         frame, image = self.frame, self.image(pipeline)
         metrics = evaluate.scores(image, frame.truth, variance=frame.variance, mask=frame.mask, perceptual=shown)
-        metrics["field_rmse"] = evaluate.rmse(image, self.field.inside, mask=frame.mask)
+        metrics["field_rmse"] = evaluate.corrected_rmse(
+            image, self.field.inside, self.field.inside_variance, mask=frame.mask
+        )
         return MethodResult(
             name=name,
             label=name,
@@ -54,6 +57,10 @@ class _Bench:
             settings=_settings(pipeline),
             ours=name in OURS,
         )
+
+    def field_rmse(self, pipeline: Pipeline) -> float:
+        field = self.field
+        return evaluate.corrected_rmse(self.image(pipeline), field.inside, field.inside_variance, mask=self.frame.mask)
 
     def raw(self, pipeline: Pipeline, counts: tuple[int, int]) -> Pipeline:
         """The estimator alone, at a given budget: no filter, no clamp."""
@@ -75,13 +82,18 @@ def measure(frame: Frame, field: Field, config: CompareConfig, progress: Any) ->
     progress(1, total)
     results = [m.result(name, p, DEFAULTS, shown=True, seconds=seconds[name]) for name, p in m.pipelines.items()]
     progress(2, total)
+    notes = []
     for counts in config.budgets:
         group = f"{taps(*counts)} taps per pixel"
-        results += [m.result(name, m.raw(p, counts), group, shown=False) for name, p in m.pipelines.items()]
+        at_budget = _distinct({name: m.raw(p, counts) for name, p in m.pipelines.items()})
+        equal = [m.result(name, p, group, shown=False) for name, p in at_budget.items()]
+        notes += _nearer_than_gtao(m, at_budget, equal, group)
+        results += equal
     progress(3, total)
     curves = {
         name: [(taps(*counts), m.rmse(m.image(m.raw(p, counts)))) for counts in config.curve]
         for name, p in m.pipelines.items()
+        if name in _distinct({name: m.raw(p, config.curve[0]) for name, p in m.pipelines.items()})
     }
     progress(4, total)
     walks = {name: _walk(m, p) for name, p in m.pipelines.items() if isinstance(p.occlusion, GTAO | VisibilityBitmask)}
@@ -110,7 +122,53 @@ def measure(frame: Frame, field: Field, config: CompareConfig, progress: Any) ->
         curves=curves,
         deviations={name: walk for name, walk in walks.items() if len(walk) > 1},
         strata=strata,
+        notes=notes,
     )
+
+
+def _distinct(pipelines: dict[str, Pipeline]) -> dict[str, Pipeline]:
+    """Without those that equal an earlier one: quality levels differ in nothing but their budget."""
+    kept: dict[str, Pipeline] = {}
+    for name, pipeline in pipelines.items():
+        if pipeline not in kept.values():
+            kept[name] = pipeline
+    return kept
+
+
+def _nearer_than_gtao(m: _Bench, pipelines: dict[str, Pipeline], results: list[Any], group: str) -> list[str]:
+    """Which methods are nearer the height field at the same budget, and which of their deviations makes them so."""
+    errors = {r.name: float(r.metrics["field_rmse"] or 0.0) for r in results}
+    if "gtao" not in errors:
+        return []
+    notes = []
+    for name in sorted((n for n in errors if errors[n] < errors["gtao"]), key=errors.__getitem__):
+        pipeline = pipelines[name]
+        changes = {}
+        clean = faithful(pipeline.occlusion)
+        base = m.field_rmse(replace(pipeline, occlusion=clean))
+        for d in deviations(pipeline.occlusion):
+            alone = _switched(clean, d)
+            if alone is not None:
+                changes[d.label] = m.field_rmse(replace(pipeline, occlusion=alone)) - base
+        helps = min(changes, key=changes.__getitem__, default=None)
+        reason = (
+            f"; alone, its {helps} changes the faithful method's error by {changes[helps]:+.4f}"
+            if helps is not None and changes[helps] < 0
+            else "; it deviates in nothing that helps alone: another seed may turn the order"
+        )
+        notes.append(
+            f"{group}: {name} is nearer the height field than gtao, {errors[name]:.4f} against"
+            f" {errors['gtao']:.4f}{reason}."
+        )
+    return notes
+
+
+def _switched(method: Any, d: Any) -> Any:
+    """The method with one deviation, or None where that one needs others."""
+    try:
+        return replace(method, **{d.option: d.value})
+    except ConfigError:
+        return None
 
 
 def _walk(m: _Bench, pipeline: Pipeline) -> list[tuple[str, float]]:
