@@ -25,7 +25,7 @@ def visibility(
     cut: str = "sphere",
     rounding: str = "exact",
     n_sectors: int = 32,
-    exponent: float = 2.0,
+    exponent: float = 1.25,
     linked: bool = False,
 ) -> float:
     """Mean over slices at azimuths π(i + ½)/n of the weighted open share.

@@ -67,14 +67,18 @@ def test_the_table_holds_every_method_in_every_group(outcome):
     assert {(r["frame"], r["group"], r["method"]) for r in rows} == {
         (frame, group, method)
         for frame in ("corner_boxes", "trench")
-        for group in ("own defaults", "18 taps per pixel")
-        for method in ("gtao", "hbao")
+        for group, methods in {
+            "own defaults": ("gtao", "hbao"),
+            "18 taps per pixel": ("gtao", "hbao"),
+            "limits of one depth layer": ("height field, ray march", "height field, dense slices", "gtao, dense"),
+        }.items()
+        for method in methods
     }
     assert set(COLUMNS) <= set(rows[0])
     defaults = [r for r in rows if r["group"] == "own defaults"]
     assert {(r["method"], r["taps"]) for r in defaults} == {("gtao", "64"), ("hbao", "64")}
     assert all(float(r["milliseconds"]) > 0 for r in defaults)
-    assert {r["taps"] for r in rows if r["group"] != "own defaults"} == {"18"}
+    assert {r["taps"] for r in rows if r["group"] == "18 taps per pixel"} == {"18"}
 
 
 def test_the_numbers_are_those_of_the_images(outcome):
@@ -123,6 +127,30 @@ def test_deviations_lead_from_the_faithful_method_to_the_result(tmp_path):
     ]
     entry = next(m for m in scene.methods if m.group == "own defaults")
     assert walk[-1][1] == pytest.approx(entry.metrics["rmse"], rel=1e-6)
+
+
+def test_dense_gtao_reaches_the_limit_of_one_layer(outcome):
+    result, _ = outcome
+    for scene in result.comparison.scenes:
+        limits = {m.name: m.metrics for m in scene.methods if m.group == "limits of one depth layer"}
+        # Where the height field is compared with itself only the noise of the march is left.
+        assert limits["height field, ray march"]["field_rmse"] == 0
+        # Tables and images of 32 pixels: two ways to integrate the same field, apart by their discretisation.
+        assert limits["height field, dense slices"]["field_rmse"] < 0.02
+        # It can be nearer the truth than the height field: horizons do not see what the frame's last texels hide.
+        assert limits["gtao, dense"]["corrected_rmse"] < 1.1 * limits["height field, ray march"]["corrected_rmse"]
+
+
+def test_methods_that_need_a_radius_are_left_out_in_words(tmp_path):
+    small = {k: v for k, v in SMALL.items() if k != "methods"} | {"resolution": 16, "radius": math.inf}
+    config = workflows.CompareConfig(scenes=("trench",), **small | {"budgets": (), "curve": ((1, 2),)})
+    (scene,) = workflows.compare(config, tmp_path / "out").comparison.scenes
+    assert {m.name for m in scene.methods if m.group == "own defaults"} == {"gtao", "bitmask"}
+    assert any(note.startswith("Left out") and "xegtao-high" in note for note in scene.notes)
+    with pytest.raises(gtao.ConfigError, match="radius"):
+        workflows.compare(
+            workflows.CompareConfig(scenes=("trench",), **small | {"methods": ("xegtao-high",)}), tmp_path / "b"
+        )
 
 
 def test_frames_of_files_and_folders(tmp_path):

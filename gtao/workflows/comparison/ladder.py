@@ -12,7 +12,7 @@ from gtao.evaluate import ErrorBudget, error_budget
 from .frames import Frame
 from .settings import CompareConfig
 
-__all__ = ["Field", "budget_of", "height_field"]
+__all__ = ["DENSE", "Field", "budget_of", "height_field"]
 
 #: Slices and steps per side of a dense estimate.
 DENSE = (32, 32)

@@ -11,7 +11,7 @@ from gtao.errors import ConfigError
 from gtao.plot import MethodResult, SceneComparison
 
 from .frames import Frame
-from .ladder import Field, budget_of
+from .ladder import DENSE, Field, budget_of
 from .settings import CompareConfig
 from .timing import interleaved
 
@@ -19,6 +19,8 @@ __all__ = ["DEFAULTS", "measure"]
 
 #: Group of the methods as they come; the others are called after their taps.
 DEFAULTS = "own defaults"
+#: Group of what a single depth layer can give.
+LIMITS = "limits of one depth layer"
 #: Methods that stand for this library.
 OURS = ("gtao", "recommended")
 
@@ -32,7 +34,7 @@ class _Bench:
 
     def __init__(self, frame: Frame, field: Field, config: CompareConfig):
         self.frame, self.field, self.config = frame, field, config
-        self.pipelines = {name: named(name, frame.radius) for name in config.names}
+        self.pipelines, self.left_out = _pipelines(config, frame.radius)
 
     def image(self, pipeline: Pipeline) -> np.ndarray:
         return pipeline.step(self.frame.g).visibility.numpy()
@@ -41,15 +43,11 @@ class _Bench:
         return evaluate.rmse(image, self.frame.truth, mask=self.frame.mask)
 
     def result(self, name: str, pipeline: Pipeline, group: str, *, shown: bool, seconds: float | None = None) -> Any:
-        frame, image = self.frame, self.image(pipeline)
-        metrics = evaluate.scores(image, frame.truth, variance=frame.variance, mask=frame.mask, perceptual=shown)
-        metrics["field_rmse"] = evaluate.corrected_rmse(
-            image, self.field.inside, self.field.inside_variance, mask=frame.mask
-        )
+        image = self.image(pipeline)
         return MethodResult(
             name=name,
             label=name,
-            metrics=metrics,
+            metrics=self.metrics(image, perceptual=shown),
             group=group,
             taps=_taps(pipeline),
             milliseconds=None if seconds is None else 1e3 * seconds,
@@ -57,6 +55,12 @@ class _Bench:
             settings=_settings(pipeline),
             ours=name in OURS,
         )
+
+    def metrics(self, image: np.ndarray, *, perceptual: bool) -> dict[str, float | None]:
+        frame, field = self.frame, self.field
+        metrics = evaluate.scores(image, frame.truth, variance=frame.variance, mask=frame.mask, perceptual=perceptual)
+        toward_field = evaluate.corrected_rmse(image, field.inside, field.inside_variance, mask=frame.mask)
+        return metrics | {"field_rmse": toward_field}
 
     def field_rmse(self, pipeline: Pipeline) -> float:
         field = self.field
@@ -89,6 +93,7 @@ def measure(frame: Frame, field: Field, config: CompareConfig, progress: Any) ->
         equal = [m.result(name, p, group, shown=False) for name, p in at_budget.items()]
         notes += _nearer_than_gtao(m, at_budget, equal, group)
         results += equal
+    results += _limits(m)
     progress(3, total)
     curves = {
         name: [(taps(*counts), m.rmse(m.image(m.raw(p, counts)))) for counts in config.curve]
@@ -122,8 +127,37 @@ def measure(frame: Frame, field: Field, config: CompareConfig, progress: Any) ->
         curves=curves,
         deviations={name: walk for name, walk in walks.items() if len(walk) > 1},
         strata=strata,
-        notes=notes,
+        notes=[*m.left_out, *notes],
     )
+
+
+def _pipelines(config: CompareConfig, radius: float) -> tuple[dict[str, Pipeline], list[str]]:
+    """The methods to compare, and a sentence on those that do not take the radius."""
+    pipelines, refused = {}, []
+    for name in config.names:
+        try:
+            pipelines[name] = named(name, radius)
+        except ConfigError:
+            if config.methods:
+                raise
+            refused.append(name)
+    return pipelines, [f"Left out, because they do not take the radius {radius:g}: {', '.join(refused)}."] * bool(
+        refused
+    )
+
+
+def _limits(m: _Bench) -> list[MethodResult]:
+    """What one depth layer can give: both ground truths of the height field, and GTAO with many samples."""
+    method = GTAO(radius=m.frame.radius, fetch="linear", n_slices=DENSE[0], n_steps=DENSE[1])
+    images = {
+        "height field, ray march": m.field.inside,
+        "height field, dense slices": m.field.horizon,
+        "gtao, dense": m.image(Pipeline(occlusion=method, clamp=False)),
+    }
+    return [
+        MethodResult(name=name, label=name, metrics=m.metrics(image, perceptual=False), group=LIMITS)
+        for name, image in images.items()
+    ]
 
 
 def _distinct(pipelines: dict[str, Pipeline]) -> dict[str, Pipeline]:

@@ -39,9 +39,8 @@ def markdown_text(scenes: Sequence[SceneComparison]) -> str:
     """A section per group: RMSE of every method on every frame, and the mean, sorted by it."""
     groups = dict.fromkeys(m.group for scene in scenes for m in scene.methods)
     parts = [_group(scenes, group) for group in groups]
-    floor = [["truth's noise", *(f"{s.noise:.4f}" for s in scenes)]]
-    floor.append(["one depth layer", *(f"{s.limit_rmse:.4f}" for s in scenes)])
-    parts.append("## Limits\n\n" + _table(["", *(s.name for s in scenes)], floor))
+    floor = [["truth's own noise", *(f"{s.noise:.4f}" for s in scenes)]]
+    parts.append("## noise\n\n" + _table(["", *(s.name for s in scenes)], floor))
     return "# RMSE against ray-traced truth\n\n" + "\n".join(parts)
 
 
