@@ -67,11 +67,11 @@ class Line:
         if cells.orthographic:
             rim = view.radius / along_T
         else:
-            # The eye sees the sphere under the angle whose tangent is m, all around it from inside.
+            # From outside, the eye sees the sphere's radius under the angle whose tangent is m.
             outside = dr.fma(p, p, -view.radius * view.radius)
-            m = dr.select(outside > 0, view.radius * dr.rsqrt(dr.select(outside > 0, outside, 1)), FAR)
+            m = view.radius * dr.rsqrt(dr.select(outside > 0, outside, 1))
             rate = dr.fma(m, along_V, along_T)
-            rim = dr.select(rate > 0, m * lean / rate, FAR)
+            rim = dr.select((outside > 0) & (rate > 0), m * lean / rate, FAR)
         return cls(x, y, dx, dy, along_V, along_T, lean, p, view.radius, rim, dr.select(rim < end, rim, end))
 
     @property
