@@ -455,8 +455,49 @@ def test_help_and_version(command):
     for arguments in ([], ["--help"]):
         outcome = command(*arguments)
         assert (outcome.code, outcome.err) == (0, "")
-        for verb in ("doctor", "refit", "occlusion", "render", "export", "scenes"):
+        for verb in ("doctor", "refit", "compare", "occlusion", "render", "export", "scenes", "methods"):
             assert verb in outcome.out
+
+
+def test_methods(command):
+    outcome = command("methods")
+    assert (outcome.code, outcome.err) == (0, "")
+    listed = [line.split("  ")[0] for line in outcome.out.splitlines()]
+    assert listed == list(gtao.config.NAMED)
+
+
+def test_compare(command, tmp_path):
+    words = ["--method", "gtao", "--method", "hbao", "--resolution", 16, "--spp", 16, "--radius", 0.5]
+    outcome = command("compare", "trench", "-o", tmp_path / "out", *words)
+    assert outcome.code == 0
+    assert outcome.out.splitlines()[0] == "mean RMSE against ray-traced truth, 1 frame"
+    assert outcome.out.splitlines()[-1] == f"report: {tmp_path / 'out' / 'report.html'}"
+    record = io.read_record(tmp_path / "out" / "record.json")
+    assert record["config"]["methods"] == ["gtao", "hbao"]
+    assert record["config"]["radius"] == 0.5
+    assert (tmp_path / "out" / "report.html").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["nowhere"], "no embedded scene is called 'nowhere'"),
+        (["trench", "trench"], "scenes given more than once: trench"),
+        (["trench", "--method", "gtaoo"], "method must be one of gtao"),
+        (["trench", "--radius", "nan"], "must be positive or inf"),
+        (["trench", "--spp", "20"], "spp must be a multiple of 8"),
+        (["trench", "--resolution", "8"], "Invalid value for '--resolution'"),
+        (["empty"], "holds no .xml scene and no .exr frame"),
+    ],
+)
+def test_bad_option_of_compare(command, tmp_path, monkeypatch, words, message):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "empty").mkdir()
+    outcome = command("compare", *words, "-o", tmp_path / "out")
+    assert outcome.code == 2
+    assert message in outcome.err
+    assert len(outcome.err.splitlines()) == 1
+    assert not (tmp_path / "out").exists()
 
 
 def test_scenes(command):

@@ -206,6 +206,17 @@ def test_bad_settings(options, message):
         workflows.CompareConfig(**options)
 
 
+def test_a_folder_of_scene_folders(tmp_path):
+    for name in ("barn", "attic"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "scene.xml").write_text("<scene/>")
+    assert frames.sources([str(tmp_path), "trench"]) == {
+        "attic": str(tmp_path / "attic" / "scene.xml"),
+        "barn": str(tmp_path / "barn" / "scene.xml"),
+        "trench": "trench",
+    }
+
+
 def test_bad_sources(tmp_path):
     with pytest.raises(gtao.SceneError, match=r"holds no \.xml scene"):
         frames.sources([str(tmp_path)])

@@ -6,7 +6,8 @@ All combinations of a small grid are scored by the mean logarithm of their RMSE 
 both against ray-traced truth with the same reach; scenes of thin things and solid ones count one half each. Of the
 combinations that no seed can tell from the best (0.2 %) the one that assumes the least matter is chosen (smallest
 thickness, gap and thickness of isolated occluders, in this order), because the embedded scenes hold few thin things.
-The scenes given as held out take no part in the choice. Records are not edited: run into another directory to repeat it.
+The scenes given as held out take no part in the choice. Records are not edited: run into another directory to repeat
+it.
 """
 
 import argparse

@@ -49,7 +49,7 @@ class Frame:
 
 
 def sources(given: Sequence[str]) -> dict[str, str]:
-    """Name -> source of every scene; folders stand for the scenes and EXR files in them.
+    """Name -> source of every scene; folders stand for the scenes and EXR files in them, and */scene.xml below.
 
     Raises:
         SceneError: a folder holds none, or a source is given twice.
@@ -60,7 +60,7 @@ def sources(given: Sequence[str]) -> dict[str, str]:
         if source in render.scenes.names() or not folder.is_dir():
             found.append(source)
             continue
-        inside = sorted(str(path) for suffix in ("*.xml", "*.exr") for path in folder.glob(suffix))
+        inside = sorted(str(path) for pattern in ("*.xml", "*/scene.xml", "*.exr") for path in folder.glob(pattern))
         if not inside:
             raise SceneError(f"folder {source} holds no .xml scene and no .exr frame")
         found += inside
