@@ -22,7 +22,7 @@ extensions = [
     "commands",
 ]
 
-exclude_patterns = ["_build", "_ext"]
+exclude_patterns = ["_build", "_ext", "_validation", "generated"]
 source_suffix = {".md": "markdown"}
 
 myst_enable_extensions = ["amsmath", "attrs_inline", "colon_fence", "deflist", "dollarmath"]

@@ -17,7 +17,8 @@ FIT = ROOT / "fits" / "multibounce" / "2026-11"
 # Packaged constants keep four decimals of the record's numbers.
 FOUR_DECIMALS = 0.5e-4
 
-RECORDS = [*sorted(ROOT.glob("fits/*/*/record.json")), ROOT / "references" / "validation" / "record.json"]
+COMPARISON = ROOT / "references" / "comparison" / "record.json"
+RECORDS = [*sorted(ROOT.glob("fits/*/*/record.json")), *sorted(ROOT.glob("references/*/record.json"))]
 
 
 def load(path):
@@ -71,7 +72,7 @@ def test_a_changed_view_would_be_noticed():
     assert not make.compare("stairs", known, fewer)[0]
 
 
-def test_the_validation_page_says_what_the_records_say():
+def test_the_pages_made_of_records_say_what_they_say():
     run = subprocess.run([sys.executable, ROOT / "docs" / "generate.py", "--check"], capture_output=True, text=True)
     assert run.returncode == 0, run.stderr
 
@@ -84,3 +85,54 @@ def test_the_committed_validation_meets_its_promises():
         assert abs(row["exact"]["high"] - 1) < 1e-3
     assert max(row["rmse"] for row in numbers["marching"]) < 0.004
     assert max(row["dense_rmse_where_knowable"] for row in numbers["scenes"] if row["solid"]) < 0.010
+
+
+@pytest.fixture(scope="module")
+def comparison():
+    return gtao.io.read_record(COMPARISON)["numbers"]["scenes"]
+
+
+def test_the_committed_comparison_is_of_all_scenes_and_methods(comparison):
+    assert set(comparison) == set(gtao.render.scenes.names("procedural"))
+    for scene in comparison.values():
+        assert {row["method"] for row in scene["methods"]} >= set(gtao.config.NAMED)
+
+
+def test_the_faithful_estimator_is_closest_to_the_height_field_at_equal_samples(comparison):
+    """Or the record says which deviation of the method that is closer helps there."""
+    for scene in comparison.values():
+        groups = {row["group"] for row in scene["methods"] if row["group"].endswith("taps per pixel")}
+        assert len(groups) == 2
+        for group in groups:
+            errors = {row["method"]: row["field_rmse"] for row in scene["methods"] if row["group"] == group}
+            closest = min(errors, key=errors.__getitem__)
+            assert closest == "gtao" or any(note.startswith(f"{group}: {closest} ") for note in scene["notes"])
+
+
+def test_the_recommended_pipeline_beats_xegtao_on_every_scene(comparison):
+    gains = []
+    for scene in comparison.values():
+        errors = {row["method"]: row["rmse"] for row in scene["methods"] if row["group"] == "own defaults"}
+        assert errors["recommended"] < errors["xegtao-high"]
+        gains.append(1 - errors["recommended"] / errors["xegtao-high"])
+    assert np.mean(gains) >= 0.25
+
+
+def test_the_two_ground_truths_of_a_depth_buffer_agree(comparison):
+    # Twelve scenes, two numbers each: 4 standard errors are exceeded by chance once in 600 records.
+    for scene in comparison.values():
+        for number in (scene["truths"]["difference"], scene["truths"]["mean_square"]):
+            assert abs(number["value"]) < 4 * number["standard_error"]
+
+
+def test_dense_estimates_reach_the_limit_of_one_layer_on_solid_scenes(comparison):
+    for scene in comparison.values():
+        dense = next(row["corrected_rmse"] for row in scene["methods"] if row["method"] == "gtao, dense")
+        assert not scene["solid"] or dense <= 1.1 * scene["limit_rmse"]
+
+
+def test_error_budgets_add_up_to_the_error_that_was_measured(comparison):
+    for scene in comparison.values():
+        rows = {row["method"]: row for row in scene["methods"] if row["group"] == "own defaults"}
+        for method, budget in scene["budgets"].items():
+            assert np.sum(budget["gram"]) == pytest.approx(rows[method]["corrected_rmse"] ** 2, abs=1e-6)

@@ -29,7 +29,7 @@ def main():
     axes[0].set_title("gtao: 8 × 16 samples of the depth buffer")
     axes[1].imshow(t, cmap="gray", vmin=0, vmax=1)
     axes[1].set_title(f"ray-traced truth, {SPP} rays per pixel")
-    image = axes[2].imshow(v - t, cmap="RdBu", vmin=-0.3, vmax=0.3)
+    image = axes[2].imshow(v - t, cmap="RdBu_r", vmin=-0.3, vmax=0.3)
     axes[2].set_title(f"error: RMSE {rmse:.3f}, bias {bias:+.3f}")
     for axis in axes:
         axis.set_axis_off()

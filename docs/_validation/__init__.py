@@ -1,0 +1,1 @@
+"""The parts of the page *Validation*, one module per kind of record: each turns its numbers into markdown."""
