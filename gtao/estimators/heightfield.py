@@ -27,7 +27,10 @@ def march_truth(g: GBuffer, method: HeightfieldRayMarch, frame_index: int):
         weighting=method.weighting,
         unlimited=math.isinf(method.radius),
     )
-    return ray_march.visibility(*_arguments(g, method, switches, frame_index))
+    visibility, variance = ray_march.visibility(*_arguments(g, method, switches, frame_index))
+    # Read one after the other, each would march all rays.
+    dr.eval(visibility, variance)
+    return visibility, variance
 
 
 def horizon_truth(g: GBuffer, method: HeightfieldHorizon, frame_index: int):

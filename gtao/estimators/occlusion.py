@@ -40,8 +40,8 @@ def ambient_occlusion(g: GBuffer, method: Any = None, *, frame_index: int = 0) -
         frame_index: position in the temporal noise sequence, at least 0.
 
     Returns:
-        The visibility as an (H, W) tensor in the precision of ``g``, and its variance from Monte Carlo methods; lazily
-        evaluated, in one kernel.
+        The visibility as an (H, W) tensor in the precision of ``g``, lazily evaluated in one kernel; from Monte Carlo
+        methods with its variance, both evaluated.
 
     Raises:
         ConfigError: ``method`` is no strategy object, ``frame_index`` is negative, or gradients are asked through

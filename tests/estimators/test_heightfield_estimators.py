@@ -250,3 +250,24 @@ def test_a_truth_shares_nothing_with_what_it_judges(module):
             imported |= {node.module} if node.module else {alias.name for alias in node.names}
     own = {"ray_path", "depth_bounds", "depth_cells", "blocked_angles", "direction_nodes"}
     assert imported <= own | {"noise"}
+
+
+def test_visibility_and_variance_come_from_one_march():
+    g = frame(FIELD)
+    ao = gtao.ambient_occlusion(g, gtao.HeightfieldRayMarch())
+    with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
+        dr.kernel_history_clear()
+        ao.visibility.numpy(), ao.variance.numpy()
+        assert not [k for k in dr.kernel_history() if k["type"] is dr.KernelType.JIT]
+
+
+@pytest.mark.cuda
+@pytest.mark.parametrize("kind", METHODS)
+def test_the_gpu_decides_as_the_processor_does(kind):
+    from drjit.cuda.ad import TensorXf as OnGpu
+    from drjit.llvm.ad import TensorXf as OnCpu
+
+    g = frame(FIELD)
+    depth, normal = FIELD.view_z.astype(np.float32), FIELD.normal_v.astype(np.float32)
+    images = [run(gtao.GBuffer(T(depth), T(normal), g.camera), kind(radius=RADIUS))[0] for T in (OnGpu, OnCpu)]
+    assert np.mean(np.abs(images[0] - images[1])) < 1e-4
