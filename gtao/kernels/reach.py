@@ -6,6 +6,8 @@ from typing import Any
 
 import drjit as dr
 
+from .slices import BOUNDLESS
+
 __all__ = ["Side", "reaches", "sphere_extent"]
 
 
@@ -39,8 +41,8 @@ def sphere_extent(k, radius, z, p):
     if k.slice_measure != "view":
         return radius / z
     outside = dr.fma(p, p, -radius * radius)
-    # 1e6 stands for "the eye is inside the sphere"; the frame's border limits the search then.
-    return dr.select(outside > 0, radius * dr.rsqrt(dr.select(outside > 0, outside, 1)), 1e6)
+    # From inside of the sphere it is all around; the frame's border limits the search then.
+    return dr.select(outside > 0, radius * dr.rsqrt(dr.select(outside > 0, outside, 1)), BOUNDLESS)
 
 
 def reaches(k, s, slice_frame, m, azimuth, length, direction, x, y):

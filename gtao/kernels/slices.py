@@ -12,7 +12,19 @@ from typing import Any
 
 import drjit as dr
 
-__all__ = ["ScreenFrame", "SliceFrame", "clamped_arc", "clamped_start", "frame", "listed", "minimal_rotation"]
+__all__ = [
+    "BOUNDLESS",
+    "ScreenFrame",
+    "SliceFrame",
+    "clamped_arc",
+    "clamped_start",
+    "frame",
+    "listed",
+    "minimal_rotation",
+]
+
+#: Stands for the tangent of an angle of 90° and more.
+BOUNDLESS = 1e6
 
 
 @dataclass(frozen=True)
@@ -60,14 +72,15 @@ class SliceFrame:
         The two are theory, eq. (23).
 
         Args:
-            m: tangent of the angle under which the eye sees the sphere's radius.
+            m: tangent of the angle under which the eye sees the sphere's radius; ``BOUNDLESS`` from inside of it.
 
         Returns:
             Extents toward -T and +T; infinite where the sphere reaches behind the image plane's horizon.
         """
         d = self._d(c, s)
         a, b = dr.fma(-m, d, self.V[2]), dr.fma(m, d, self.V[2])
-        return dr.select(a > 0, m / a, dr.inf), dr.select(b > 0, m / b, dr.inf)
+        outside = m < BOUNDLESS
+        return dr.select(outside & (a > 0), m / a, dr.inf), dr.select(outside & (b > 0), m / b, dr.inf)
 
 
 @dataclass(frozen=True)

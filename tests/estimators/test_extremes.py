@@ -84,3 +84,18 @@ def test_wrong_types_are_errors_in_words(make, message):
 def test_no_array_is_an_error_in_words():
     with pytest.raises(gtao.ShapeError, match="view_z must be an array"):
         gtao.GBuffer(None, None, CAMERAS["usual"]())
+
+
+def test_a_radius_that_holds_the_eye_reaches_across_a_wide_frame():
+    """Eye rays more than 90° apart: a sphere about everything is no limit."""
+    camera = gtao.PerspectiveCamera(96, 32, 2 * np.arctan(np.tan(np.radians(70)) / 3), cx=48.0, cy=16.0)
+    x = np.abs(np.arange(96) + 0.5 - 48) / camera.fx
+    # Walls at x = ±2 that end in a far one: each sees the other across the frame.
+    z = np.broadcast_to(np.where(x > 0.25, 2 / x, 8.0), (32, 96)).astype(np.float32)
+    g = gtao.GBuffer(z, None, camera)
+    options = {"n_slices": 8, "n_steps": 32, "noise": "none", "step_exponent": 1.0}
+    unlimited, huge = (
+        gtao.ambient_occlusion(g, gtao.GTAO(radius=radius, **options)).visibility.numpy() for radius in (np.inf, 1e4)
+    )
+    # The cut's lower end, at the far side of a sphere of 1e4, is left out of an unlimited search.
+    assert np.abs(huge - unlimited).max() < 1e-3
