@@ -60,7 +60,7 @@ def equal_taps(scenes):
             f"### {group}\n\n`{FAITHFUL}` is the closest of all on {len(closest)} of {len(scenes)} scenes.\n\n"
             f"{matrix(scenes, group, 'field_rmse', floor)}\n"
         )
-    return "\n".join(parts)
+    return "\n".join([*parts, *exceptions(scenes)]).rstrip()
 
 
 def winner(scene, group):
@@ -71,13 +71,11 @@ def winner(scene, group):
 def exceptions(scenes):
     """Where another method is closer to the height field, and what makes it so."""
     notes = [f"- {name}, {note}" for name, scene in scenes.items() for note in scene["notes"]]
-    if not notes:
-        return ""
-    return """Where another method is closer, this names the one of its deviations that helps most when it is alone.
+    intro = """Where another method is closer, this names the one of its deviations that helps most when it is alone.
 Few steps miss occluders, and estimates are too bright; whatever makes occluders larger than they are hides a part
 of that.
-
-""" + "\n".join(notes)
+"""
+    return [intro, *notes] if notes else []
 
 
 def truths(scenes):
@@ -97,6 +95,18 @@ def truths(scenes):
         )
     head = ["scene", "noise of rays", "noise of slices", "mean difference", "mean square, 10⁻⁶", "its root"]
     return table(head, body)
+
+
+def thicknesses(scenes):
+    """RMSE by what is taken for the thickness of occluders, the mean over the scenes and single ones, per budget."""
+    first = next(iter(scenes.values()))["thickness"]
+    parts = []
+    for counts in sorted(next(iter(first.values())), key=lambda text: int(text.partition(" ")[0])):
+        values = {label: [scene["thickness"][label][counts] for scene in scenes.values()] for label in first}
+        lines = sorted(values.items(), key=lambda item: -sum(item[1]))
+        body = [[label, f"{sum(row) / len(row):.3f}", *(f"{v:.3f}" for v in row)] for label, row in lines]
+        parts.append(f"{counts} slices and steps per side:\n\n{table(['thickness', 'mean', *scenes], body)}")
+    return "\n\n".join(parts)
 
 
 def dense_rmse(scene):
@@ -167,11 +177,10 @@ has its own number of samples, its own filter and its own radius conventions, as
 RMSE against the *height field*, which is all that a depth buffer says without guesses about thickness. Everyone
 has the same numbers of slices and steps per side; filters and clamps are off, and of methods that differ in nothing
 else the first stands for all. What blurs, or takes occluders for thinner than the height field has them, may still
-be closer to the ray-traced truth, but not to what it was given to see.
+be closer to the ray-traced truth, but not to what it was given to see: falloffs make occluders fainter than a sharp
+radius has them, and `recommended` makes them thin and counts on more steps than these.
 
 {equal_taps(scenes)}
-
-{exceptions(scenes)}
 
 ## Two ground truths of a depth buffer
 
@@ -196,6 +205,15 @@ the cross terms each line adds up to its total. Steps are explained on the page
 [](howto/which-method.md#the-error-budget).
 
 {budgets}
+
+## What a guess about thickness is worth
+
+RMSE against ray-traced truth of visibility bitmasks that differ in nothing but what they take for the thickness of
+occluders; lengths in units of the radius, no filter. Measured thickness comes from the ray tracer. With several
+bodies per pixel it is what every guess aims at; what is left then is behind the known bodies, outside of the frame,
+or between samples.
+
+{thicknesses(scenes)}
 
 ## What each deviation costs
 

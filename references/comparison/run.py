@@ -4,8 +4,8 @@
     python references/comparison/run.py --quick -o out/record.json
 
 ``docs/generate.py`` makes a part of the page *Validation* of it. The comparison itself is `gtao compare`, whose whole
-output (report, pictures, complete record) stays in ``--full``; kept is what the page shows. Added is how well the two
-ground truths of a depth buffer agree.
+output (report, pictures, complete record) stays in ``--full``; kept is what the page shows. Added are how well the two
+ground truths of a depth buffer agree, and what each guess about thickness is worth beside the measured one.
 """
 
 import argparse
@@ -14,6 +14,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import gtao
+
+import numpy as np  # isort: skip
 
 HERE = Path(__file__).resolve().parent
 FULL = HERE.parents[1] / "out" / "comparison"
@@ -27,6 +29,10 @@ QUICK = {"resolution": 48, "spp": 64, "scenes": ("stairs", "foliage"), "rays_per
 
 #: Methods whose error budgets the page shows.
 BUDGETED = ("gtao", "xegtao-high", "recommended")
+#: (slices, steps per side) with which guesses about thickness are compared: as few as usual, and dense.
+THICKNESS_COUNTS = ((4, 8), (16, 32))
+#: Bodies per pixel of the frame that thickness is measured in.
+N_LAYERS = 4
 METRICS = ("rmse", "corrected_rmse", "field_rmse", "bias", "ssim", "flip")
 
 
@@ -47,10 +53,8 @@ def kept(numbers, notes):
     }
 
 
-def agreement(name, config):
+def agreement(g, radius, config):
     """Dense slices minus rays, on the same depth buffer, without the noise of either."""
-    radius = gtao.render.scenes.get(name).radius
-    g = gtao.render.gbuffer(gtao.render.load_scene(name, resolution=config.resolution), albedo=False)
     mask = g.mask.numpy()
     counts = {"n_directions": config.n_directions, "rays_per_direction": config.rays_per_direction}
     rays = gtao.ambient_occlusion(g, gtao.HeightfieldRayMarch(radius=radius, seed=SEED, **counts))
@@ -71,6 +75,34 @@ def agreement(name, config):
     }
 
 
+def thicknesses(scene, g, radius, config):
+    """RMSE of a bitmask, without filter, by what it takes occluders for; lengths relative to the radius."""
+    truth = gtao.render.visibility(scene, g, radius, config.spp, SEED, bent_normal=False)
+    mask = g.mask.numpy()
+    layers = gtao.render.layers(scene, g, N_LAYERS)
+    layered = {n: g.with_layers(gtao.DepthLayers(layers.front[:n], layers.back[:n])) for n in (1, N_LAYERS)}
+    slope = 0.25 * radius / float(np.median(g.view_z.numpy()[mask]))
+    guesses = {
+        "solid": (None, g),
+        "linear, 1/4 at the median depth": (gtao.LinearThickness(slope=slope), g),
+        "constant, 1/4": (gtao.ConstantThickness(thickness=0.25 * radius), g),
+        "constant, 1/2": (gtao.ConstantThickness(thickness=0.5 * radius), g),
+        "by continuity, as recommended": (gtao.Pipeline.recommended(radius).occlusion.thickness, g),
+        "measured, first body": (gtao.MeasuredThickness(), layered[1]),
+        f"measured, {N_LAYERS} bodies": (gtao.MeasuredThickness(), layered[N_LAYERS]),
+    }
+
+    def error(frame, thickness, n_slices, n_steps):
+        method = gtao.VisibilityBitmask(radius=radius, n_slices=n_slices, n_steps=n_steps, thickness=thickness)
+        image = gtao.ambient_occlusion(frame, method).visibility.numpy()
+        return gtao.evaluate.corrected_rmse(image, truth.mean.numpy(), truth.variance.numpy(), mask=mask)
+
+    return {
+        label: {f"{n} × {m}": error(frame, thickness, n, m) for n, m in THICKNESS_COUNTS}
+        for label, (thickness, frame) in guesses.items()
+    }
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("-o", "--output", type=Path, default=HERE / "record.json")
@@ -87,9 +119,13 @@ def main():
     outcome = gtao.workflows.compare(config, options.full, progress=progress)
     measured = outcome.record["numbers"]
     numbers = {scene.name: kept(measured[scene.name], scene.notes) for scene in outcome.comparison.scenes}
-    for name, scene in numbers.items():
-        scene["solid"] = gtao.render.scenes.get(name).solid
-        scene["truths"] = agreement(name, config)
+    for name, entry in numbers.items():
+        info = gtao.render.scenes.get(name)
+        scene = gtao.render.load_scene(name, resolution=config.resolution)
+        g = gtao.render.gbuffer(scene, albedo=False)
+        entry["solid"] = info.solid
+        entry["truths"] = agreement(g, info.radius, config)
+        entry["thickness"] = thicknesses(scene, g, info.radius, config)
     record = gtao.io.provenance(["python", "references/comparison/run.py"], seed=SEED, config=config.to_dict())
     record |= {
         "kind": "comparison of methods",
