@@ -1,5 +1,6 @@
 """The method to take where nothing is known of a scene but its depth buffer."""
 
+from ._checks import check_positive
 from .bitmask import VisibilityBitmask
 from .filters import PlaneAwareFilter
 from .pipeline import Pipeline
@@ -16,7 +17,11 @@ def recommended(radius: float) -> Pipeline:
 
     Args:
         radius: reach of an occluder in scene units, finite.
+
+    Raises:
+        ConfigError: the radius is not positive and finite.
     """
+    check_positive("radius", radius)
     thickness = ContinuityThickness(continuing=1.0 * radius, isolated=0.4 * radius, gap=0.25 * radius)
     method = VisibilityBitmask(radius=radius, n_slices=3, n_steps=8, thickness=thickness)
     return Pipeline(occlusion=method, spatial=PlaneAwareFilter())

@@ -9,7 +9,7 @@ import pytest
 
 import gtao
 from gtao import evaluate, io, workflows
-from gtao.workflows.comparison import frames, timing
+from gtao.workflows.comparison import frames, run, timing
 from gtao.workflows.comparison.tables import COLUMNS
 
 SMALL = {
@@ -193,6 +193,7 @@ def test_the_default_radius_is_a_tenth_of_the_frame():
         ({"methods": ("gtaoo",)}, "method must be one of gtao"),
         ({"methods": ("gtao", "gtao")}, "methods given more than once"),
         ({"radius": 0.0}, "radius must be positive"),
+        ({"seed": 2**32}, "seed must be below"),
         ({"spp": 20}, "spp must be a multiple of 8"),
         ({"spp": 8}, "spp must be at least 16"),
         ({"resolution": 8}, "resolution must be at least 16"),
@@ -204,6 +205,39 @@ def test_the_default_radius_is_a_tenth_of_the_frame():
 def test_bad_settings(options, message):
     with pytest.raises(gtao.ConfigError, match=message):
         workflows.CompareConfig(**options)
+
+
+def test_the_truth_of_a_file_has_one_reach(tmp_path):
+    workflows.render_scene("trench", tmp_path / "a.exr", resolution=16, spp=64, max_distance=0.8)
+    small = SMALL | {"methods": ("gtao",), "scenes": (str(tmp_path / "a.exr"),)}
+    with pytest.raises(gtao.ConfigError, match=r"up to 0\.8 away, not 0\.1"):
+        workflows.compare(workflows.CompareConfig(**small, radius=0.1), tmp_path / "out")
+    result = workflows.compare(workflows.CompareConfig(**small, radius=0.8), tmp_path / "out")
+    assert result.comparison.scenes[0].radius == pytest.approx(0.8)
+
+
+def test_a_run_that_breaks_off_leaves_no_record(tmp_path, monkeypatch):
+    config = workflows.CompareConfig(scenes=("trench",), **SMALL | {"methods": ("gtao",)})
+    workflows.compare(config, tmp_path / "out")
+
+    def full(*_):
+        raise gtao.ImageError("no space left")
+
+    monkeypatch.setattr(run, "save_figures", full)
+    with pytest.raises(gtao.ImageError):
+        workflows.compare(config, tmp_path / "out")
+    assert not (tmp_path / "out" / "record.json").exists()
+
+
+def test_where_gtao_is_not_the_nearest_the_notes_say_what_helps(tmp_path):
+    """In the pit few samples miss walls that stand at the frame's edge."""
+    small = SMALL | {"methods": ("gtao", "bevy"), "resolution": 128, "scenes": ("pit",)}
+    (scene,) = workflows.compare(workflows.CompareConfig(**small), tmp_path / "out").comparison.scenes
+    at_18 = {m.name: m.metrics["field_rmse"] for m in scene.methods if m.group == "18 taps per pixel"}
+    notes = [note for note in scene.notes if note.startswith("18 taps per pixel: bevy is nearer")]
+    assert bool(notes) == (at_18["bevy"] < at_18["gtao"])
+    assert all("alone, its" in note or "another seed" in note for note in notes)
+    assert notes
 
 
 def test_a_folder_of_scene_folders(tmp_path):

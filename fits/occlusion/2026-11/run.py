@@ -1,4 +1,4 @@
-"""Choose the parameters of `gtao.VisibilityBitmask.recommended` on the embedded scenes, and compare it with XeGTAO.
+"""Choose the parameters of `gtao.Pipeline.recommended` on the embedded scenes, and compare it with XeGTAO.
 
     python fits/occlusion/2026-11/run.py -o DIR [--held-out FOLDER_WITH_SCENES ...]
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from gtao import io, render
-from gtao.errors import SceneError
+from gtao.errors import ConfigError, SceneError
 from gtao.gbuffer import GBuffer
 from gtao.workflows.views import open_scene, scene_names
 
@@ -73,6 +73,7 @@ def frames(name: str, source: str, config: CompareConfig, progress: Any) -> Iter
     Raises:
         SceneError: the scene cannot be loaded, or shows no surface.
         ImageError: the file cannot be read, or holds no ray-traced visibility.
+        ConfigError: the settings name another radius than the truth of the file has.
     """
     if source.lower().endswith(".exr"):
         yield _from_exr(name, Path(source), config)
@@ -124,6 +125,11 @@ def _render(scene: Any, sensor: int, name: str, source: str, config: CompareConf
 def _from_exr(name: str, path: Path, config: CompareConfig) -> Frame:
     g = io.read_gbuffer(path)
     truth, variance, radius = io.read_truth(path)
+    if config.radius is not None and not math.isclose(config.radius, radius, rel_tol=1e-6):
+        raise ConfigError(
+            f"the truth in {path} was traced with occluders up to {radius:g} away, not {config.radius:g};"
+            " leave the radius out, or render the truth anew with that max-distance"
+        )
     return Frame(
         name=name,
         source=io.file_entry(path),
@@ -133,5 +139,5 @@ def _from_exr(name: str, path: Path, config: CompareConfig) -> Frame:
         truth=truth,
         variance=variance,
         mask=g.mask.numpy(),
-        radius=config.radius or radius,
+        radius=radius,
     )

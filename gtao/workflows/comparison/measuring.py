@@ -12,6 +12,7 @@ from gtao.plot import MethodResult, SceneComparison
 
 from .frames import Frame
 from .ladder import DENSE, Field, budget_of
+from .reasons import reason
 from .settings import CompareConfig
 from .timing import interleaved
 
@@ -56,9 +57,11 @@ class _Bench:
             ours=name in OURS,
         )
 
-    def metrics(self, image: np.ndarray, *, perceptual: bool) -> dict[str, float | None]:
+    def metrics(self, image: np.ndarray, *, perceptual: bool, variance: Any = 0.0) -> dict[str, float | None]:
+        """All numbers of an image whose own noise has ``variance``."""
         frame, field = self.frame, self.field
-        metrics = evaluate.scores(image, frame.truth, variance=frame.variance, mask=frame.mask, perceptual=perceptual)
+        noise = frame.variance + variance
+        metrics = evaluate.scores(image, frame.truth, variance=noise, mask=frame.mask, perceptual=perceptual)
         toward_field = evaluate.corrected_rmse(image, field.inside, field.inside_variance, mask=frame.mask)
         return metrics | {"field_rmse": toward_field}
 
@@ -150,13 +153,13 @@ def _limits(m: _Bench) -> list[MethodResult]:
     """What one depth layer can give: both ground truths of the height field, and GTAO with many samples."""
     method = GTAO(radius=m.frame.radius, fetch="linear", n_slices=DENSE[0], n_steps=DENSE[1])
     images = {
-        "height field, ray march": m.field.inside,
-        "height field, dense slices": m.field.horizon,
-        "gtao, dense": m.image(Pipeline(occlusion=method, clamp=False)),
+        "height field, ray march": (m.field.inside, m.field.inside_variance),
+        "height field, dense slices": (m.field.horizon, 0.0),
+        "gtao, dense": (m.image(Pipeline(occlusion=method, clamp=False)), 0.0),
     }
     return [
-        MethodResult(name=name, label=name, metrics=m.metrics(image, perceptual=False), group=LIMITS)
-        for name, image in images.items()
+        MethodResult(name=name, label=name, metrics=m.metrics(image, perceptual=False, variance=variance), group=LIMITS)
+        for name, (image, variance) in images.items()
     ]
 
 
@@ -183,16 +186,17 @@ def _nearer_than_gtao(m: _Bench, pipelines: dict[str, Pipeline], results: list[A
         for d in deviations(pipeline.occlusion):
             alone = _switched(clean, d)
             if alone is not None:
-                changes[d.label] = m.field_rmse(replace(pipeline, occlusion=alone)) - base
+                changes[d] = m.field_rmse(replace(pipeline, occlusion=alone)) - base
         helps = min(changes, key=changes.__getitem__, default=None)
-        reason = (
-            f"; alone, its {helps} changes the faithful method's error by {changes[helps]:+.4f}"
+        why = (
+            f"; alone, its {helps.label} changes the faithful method's error by {changes[helps]:+.4f}:"
+            f" {reason(helps.option)}"
             if helps is not None and changes[helps] < 0
             else "; it deviates in nothing that helps alone: another seed may turn the order"
         )
         notes.append(
             f"{group}: {name} is nearer the height field than gtao, {errors[name]:.4f} against"
-            f" {errors['gtao']:.4f}{reason}."
+            f" {errors['gtao']:.4f}{why}."
         )
     return notes
 

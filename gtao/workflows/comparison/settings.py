@@ -20,8 +20,8 @@ class CompareConfig:
         scenes: Mitsuba XML files, names of embedded scenes, EXR files that ``gtao render`` wrote, or folders of such
             files; empty for all procedural embedded scenes.
         methods: names from :data:`gtao.config.NAMED`; empty for all.
-        radius: reach of occluders in scene units; None for the scene's own (embedded), that of the file's truth (EXR),
-            or a tenth of the frame's height at the median depth.
+        radius: reach of occluders in scene units; None for the scene's own (embedded), that of the file's truth (EXR,
+            which allows no other), or a tenth of the frame's height at the median depth.
         resolution: longer side of the images in pixels; None keeps the scene's own. EXR files keep theirs.
         spp: rays per pixel of the ray-traced truth.
         budgets: (slices, steps per side) that all methods are given alike.
@@ -61,6 +61,8 @@ class CompareConfig:
         for name, low in (("spp", 16), ("n_directions", 1), ("rays_per_direction", 1), ("rounds", 1), ("seed", 0)):
             if getattr(self, name) < low:
                 raise ConfigError(f"{name} must be at least {low}, got {getattr(self, name)}")
+        if self.seed >= 2**32:
+            raise ConfigError(f"seed must be below 2**32, got {self.seed}")
         if self.spp % 8:
             raise ConfigError(f"spp must be a multiple of 8, the number of batches, got {self.spp}")
         if self.resolution is not None and self.resolution < 16:
