@@ -26,12 +26,14 @@ def visibility(
     rounding: str = "exact",
     n_sectors: int = 32,
     exponent: float = 1.25,
+    successive: bool = False,
     linked: bool = False,
 ) -> float:
     """Mean over slices at azimuths π(i + ½)/n of the weighted open share.
 
     Args:
         bodies: function of a texel's row and column: list of (front, back) depths of the matter on its eye ray.
+        successive: give ``bodies`` the texel before on the march, at first the pixel's own, as a third argument.
         cut: "sphere" clips matter to the radius, "sample" ignores a body whose front lies beyond it, "none" neither.
         rounding: "exact" measures the union of arcs, what sectors tend to; "nearest" tests the middle of each of
             ``n_sectors`` sectors; "outward" closes ⌈n w⌉ sectors from the one on in which an arc of share w begins.
@@ -61,7 +63,8 @@ def visibility(
             z = field.view_z[row, column]
             before = [(side * (gamma + side * np.pi / 2),) * 2 + (z, z)], (row, column)
             for texel in samples:
-                found = [(_blocked(field, texel, body, P, V, radius, cut), body) for body in bodies(*texel)]
+                there = bodies(*texel, before[1]) if successive else bodies(*texel)
+                found = [(_blocked(field, texel, body, P, V, radius, cut), body) for body in there]
                 for number, (ends, body) in enumerate(found):
                     if ends is None:
                         continue
