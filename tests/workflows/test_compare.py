@@ -216,6 +216,18 @@ def test_the_truth_of_a_file_has_one_reach(tmp_path):
     assert result.comparison.scenes[0].radius == pytest.approx(0.8)
 
 
+def test_strata_of_parallel_views(tmp_path):
+    """A surface that faces a parallel camera is tilted nowhere, however far from the axis."""
+    z = np.full((32, 32), 2.0, np.float32)
+    g = gtao.GBuffer(z, None, gtao.OrthographicCamera(width=32, height=32, view_height=6.0))
+    truth = {"visibility.mean": np.full_like(z, 0.9)}
+    io.write_gbuffer(tmp_path / "flat.exr", g, extra=truth, manifest={"config": {"max_distance": 0.5}})
+    config = workflows.CompareConfig(scenes=(str(tmp_path / "flat.exr"),), **SMALL | {"methods": ("gtao",)})
+    (scene,) = workflows.compare(config, tmp_path / "out").comparison.scenes
+    assert scene.radius == 0.5
+    assert list(scene.strata["gtao"]["tilt"].count) == [1024, 0, 0, 0, 0, 0]
+
+
 def test_a_run_that_breaks_off_leaves_no_record(tmp_path, monkeypatch):
     config = workflows.CompareConfig(scenes=("trench",), **SMALL | {"methods": ("gtao",)})
     workflows.compare(config, tmp_path / "out")
