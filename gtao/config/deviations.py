@@ -28,10 +28,7 @@ class Deviation:
     @property
     def label(self) -> str:
         """For tables: ``power = 2.2``."""
-        value = self.value
-        if is_dataclass(value):
-            value = type(value).__name__
-        return f"{self.option} = {value:g}" if isinstance(value, float) else f"{self.option} = {value}"
+        return f"{self.option} = {_short(self.value)}"
 
 
 def faithful(method: SliceMethod) -> SliceMethod:
@@ -46,3 +43,12 @@ def deviations(method: SliceMethod) -> tuple[Deviation, ...]:
         for f in fields(method)
         if f.name not in _KEPT and getattr(method, f.name) != f.default
     )
+
+
+def _short(value: Any) -> str:
+    """A value as a table has room for it."""
+    if is_dataclass(value):
+        return type(value).__name__
+    if isinstance(value, tuple):
+        return ", ".join(map(_short, value))
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -68,10 +68,8 @@ def scene_numbers(scene: SceneComparison) -> dict[str, Any]:
         "radius": scene.radius,
         "noise": scene.noise,
         "limit_rmse": scene.limit_rmse,
-        "methods": [
-            {"group": m.group, "method": m.name, "taps": m.taps, "milliseconds": m.milliseconds} | dict(m.metrics)
-            for m in scene.methods
-        ],
+        "methods": [{"group": m.group, "method": m.name, "taps": m.taps} | dict(m.metrics) for m in scene.methods],
+        "timing": {m.name: {"milliseconds": m.milliseconds} for m in scene.methods if m.milliseconds is not None},
         "curves": {name: [list(point) for point in curve] for name, curve in scene.curves.items()},
         "deviations": {name: [list(step) for step in walk] for name, walk in scene.deviations.items()},
         "budgets": {name: budget.to_dict() for name, budget in scene.budgets.items()},
