@@ -140,7 +140,9 @@ def _maps(
     figure = ShownFigure(
         figsize=(max(inches * columns, 4.0), cell * rows + 0.7 + 0.3 * bool(title)), layout="constrained"
     )
-    figure.get_layout_engine().set(h_pad=0.06, hspace=0.04)  # pyright: ignore[reportOptionalMemberAccess]
+    figure.get_layout_engine().set(  # pyright: ignore[reportOptionalMemberAccess]  (it was given above)
+        h_pad=0.06, hspace=0.04
+    )
     axes = np.asarray(figure.subplots(rows, columns, squeeze=False))
     image = None
     for axis, (name, error) in zip(hide_unused(axes, len(errors)), errors.items(), strict=True):

@@ -1,7 +1,7 @@
 """Fields, thickness models and the comparison with arcs found point by point that tests of the bitmask share."""
 
 import numpy as np
-from analytic._frames import frame
+from analytic._frames import image, pixels
 from oracles import bitmask_oracle, fields
 
 import gtao
@@ -14,26 +14,6 @@ FIELDS = {
 }
 # Both sides are float64 and agree to 1e-12; a sector whose middle lies that close to the end of an arc is not met.
 ROUNDING = 1e-9
-
-
-def image(field, method, dtype=np.float64, frame_index=0, layers=None):
-    g = frame(field, dtype)
-    if layers is not None:
-        g = gtao.GBuffer(g.view_z, g.normal_v, g.camera, layers=gtao.DepthLayers(*layers))
-    result = gtao.ambient_occlusion(g, method, frame_index=frame_index)
-    return np.asarray(result.visibility, dtype=np.float64)
-
-
-def holed(field):
-    """The field with some background in it."""
-    view_z = field.view_z.copy()
-    view_z[10:14, 18:27] = np.inf
-    return fields.Field(view_z, field.normal_v, field.camera, field.orthographic)
-
-
-def pixels(field, n=8, seed=6):
-    surface = np.argwhere(np.isfinite(field.view_z))
-    return surface[np.random.default_rng(seed).choice(len(surface), n, replace=False)]
 
 
 def along_eye_rays(field, length):

@@ -4,9 +4,9 @@ import dataclasses
 
 import numpy as np
 import pytest
-from analytic._frames import frame
+from analytic._frames import frame, holed, image, pixels
 from drjit.llvm.ad import TensorXf64
-from estimators._bitmask import FIELDS, ROUNDING, THICKNESSES, along_eye_rays, compare, holed, image, pixels
+from estimators._bitmask import FIELDS, ROUNDING, THICKNESSES, along_eye_rays, compare
 from oracles import bitmask_oracle, fields
 
 import drjit as dr  # isort: skip

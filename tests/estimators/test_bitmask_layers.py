@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from estimators._bitmask import FIELDS, ROUNDING, THICKNESSES, along_eye_rays, compare, holed, image
+from analytic._frames import holed, image
+from estimators._bitmask import FIELDS, ROUNDING, THICKNESSES, along_eye_rays, compare
 from oracles import fields
 
 import gtao

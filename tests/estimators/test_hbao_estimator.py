@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from analytic._frames import frame
+from analytic._frames import frame, holed, image, pixels
 from drjit.llvm.ad import TensorXf64
 from oracles import fields, hbao
 
@@ -21,23 +21,6 @@ ROUNDING = 1e-9
 AXES = [("optical_axis", "screen"), ("view", "screen"), ("view", "view")]
 
 
-def image(field, method, dtype=np.float64, frame_index=0):
-    result = gtao.ambient_occlusion(frame(field, dtype), method, frame_index=frame_index)
-    return np.asarray(result.visibility, dtype=np.float64)
-
-
-def holed(field):
-    """The field with some background in it."""
-    view_z = field.view_z.copy()
-    view_z[10:14, 18:27] = np.inf
-    return fields.Field(view_z, field.normal_v, field.camera, field.orthographic)
-
-
-def pixels(field, n=20, seed=6):
-    surface = np.argwhere(np.isfinite(field.view_z))
-    return surface[np.random.default_rng(seed).choice(len(surface), n, replace=False)]
-
-
 @pytest.mark.parametrize(("zenith", "measure"), AXES)
 @pytest.mark.parametrize("attenuation", ["sample", "horizon", "none"])
 @pytest.mark.parametrize("name", FIELDS)
@@ -45,7 +28,7 @@ def test_against_the_sketch(name, attenuation, zenith, measure):
     field = holed(FIELDS[name]())
     options = {"radius": 0.6, "n_directions": 6, "n_steps": 7, "attenuation": attenuation, "zenith": zenith}
     got = image(field, gtao.HBAO(**options, slice_measure=measure, noise="none"))
-    where = pixels(field)
+    where = pixels(field, 20)
     want = [hbao.visibility(field, *pixel, **options, measure=measure) for pixel in where]
     assert got[where[:, 0], where[:, 1]] == pytest.approx(want, abs=ROUNDING)
     assert np.ptp(want) > 0.05

@@ -8,6 +8,7 @@ import drjit as dr
 from gtao.kernels import arcs, horizon, thickness
 
 from ._arc import blended_length, open_arc
+from ._sides import with_side
 
 __all__ = ["Horizon"]
 
@@ -90,7 +91,7 @@ class Horizon:
             raised = thickness.running(c, best, self.tau) if self.thickness == "running" else c
             known = c == c if self.thickness == "running" else c > best
             best = dr.select(known, raised, best)
-        return (best, state[1]) if side == 0 else (state[0], best)
+        return with_side(state, side, best)
 
     def _raised(self, best, c, w):
         """The horizon after a sample that moves it by the share w only: theory, eq. (65)."""

@@ -8,6 +8,8 @@ import drjit as dr
 from gtao.kernels import bitmask, fetch, horizon
 from gtao.kernels.steps import MAX_UNROLLED
 
+from ._sides import with_side
+
 __all__ = ["Sectors"]
 
 # How far one body may shift in depth from a sample to the next, per distance across the eye rays, with no overlap of
@@ -84,7 +86,7 @@ class Sectors:
             closed = bitmask.sectors(front, back, side, xi, self.n_sectors, self.rounding)
             masks = tuple(a | b for a, b in zip(masks, closed, strict=True))
         mine = masks, self._before(sample.z, (sample.X, sample.Y), bodies)
-        return constants, weight, xi, ((mine, sides[1]) if side == 0 else (sides[0], mine))
+        return constants, weight, xi, with_side(sides, side, mine)
 
     def _position(self, constants, sl, side, c):
         if self.arccosine == "exact":

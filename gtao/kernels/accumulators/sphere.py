@@ -8,6 +8,7 @@ import drjit as dr
 from gtao.kernels import horizon, slices
 
 from ._arc import blended_length, open_arc
+from ._sides import with_side
 
 __all__ = ["SphereCut"]
 
@@ -46,7 +47,7 @@ class SphereCut:
         c, end = horizon.cut_at_sphere(sample.c, sample.d2, sample.dV, apart2, pixel.p, self.radius, self.orthographic)
         rises = (c > counts) & (end < lower)
         mine = dr.select(c > upper, c, upper), dr.select(rises, end, lower)
-        return (mine, state[1]) if side == 0 else (state[0], mine)
+        return with_side(state, side, mine)
 
     def finish(self, state, sl):
         (c0, end0), (c1, end1) = (self._seen(*of_side) for of_side in zip(state, sl.start, sl.inside, strict=True))

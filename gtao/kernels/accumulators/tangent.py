@@ -7,6 +7,8 @@ import drjit as dr
 
 from gtao.kernels import hbao
 
+from ._sides import with_side
+
 __all__ = ["TangentToHorizon"]
 
 
@@ -34,7 +36,7 @@ class TangentToHorizon:
         w = 1 if self.attenuation == "none" else hbao.attenuation(sample.d2, self.rcp_radius)
         grow = hbao.by_horizon if self.attenuation == "horizon" else hbao.by_sample
         mine = grow(c, w, *state[side])
-        return (mine, state[1]) if side == 0 else (state[0], mine)
+        return with_side(state, side, mine)
 
     def finish(self, state, sl):
         total = 0

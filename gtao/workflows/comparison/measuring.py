@@ -98,10 +98,10 @@ def measure(frame: Frame, field: Field, config: CompareConfig, progress: Any) ->
         results += equal
     results += _limits(m)
     progress(3, total)
+    # Which are the same at one budget are so at all.
     curves = {
-        name: [(taps(*counts), m.rmse(m.image(m.raw(p, counts)))) for counts in config.curve]
-        for name, p in m.pipelines.items()
-        if name in _distinct({name: m.raw(p, config.curve[0]) for name, p in m.pipelines.items()})
+        name: [(taps(*counts), m.rmse(m.image(m.raw(m.pipelines[name], counts)))) for counts in config.curve]
+        for name in _distinct({name: m.raw(p, (1, 1)) for name, p in m.pipelines.items()})
     }
     progress(4, total)
     walks = {name: _walk(m, p) for name, p in m.pipelines.items() if isinstance(p.occlusion, GTAO | VisibilityBitmask)}
