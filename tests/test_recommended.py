@@ -1,4 +1,4 @@
-"""The recommended pipeline is what its record chose, and does what the record says."""
+"""Defaults and the recommended pipeline are what their records chose, and do what the records say."""
 
 import json
 from pathlib import Path
@@ -9,7 +9,9 @@ import pytest
 import gtao
 from gtao import evaluate, render
 
-RECORD = Path(__file__).parents[1] / "fits" / "occlusion" / "2026-11" / "record.json"
+FITS = Path(__file__).parents[1] / "fits"
+RECORD = FITS / "occlusion" / "2026-11" / "record.json"
+STEPS = FITS / "steps" / "2026-11" / "record.json"
 
 
 @pytest.fixture(scope="module")
@@ -61,3 +63,10 @@ def test_nearer_the_truth_than_the_rival(scene, sensor):
         for name in ("recommended", "xegtao-high")
     )
     assert ours < 0.9 * theirs
+
+
+def test_the_default_exponent_is_that_of_its_record():
+    numbers = json.loads(STEPS.read_text())["numbers"]
+    assert numbers["exponents"][int(np.argmin(numbers["score"]))] == numbers["chosen"]
+    assert gtao.GTAO().step_exponent == numbers["chosen"]
+    assert gtao.VisibilityBitmask().step_exponent == numbers["chosen"]

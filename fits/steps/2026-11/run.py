@@ -3,8 +3,9 @@
     python fits/steps/2026-11/run.py -o DIR
 
 Every embedded procedural scene, both cameras, with the scene's radius and without one, at several numbers of samples.
-The default of `gtao.GTAO` is the exponent with the lowest mean logarithm of the error. Records are not edited: run into
-another directory to repeat it.
+The default of `gtao.GTAO` is the exponent with the lowest mean logarithm of the error at its default numbers of slices
+and steps; with fewer steps even ones are a little better still. Records are not edited: run into another directory to
+repeat it.
 """
 
 import argparse
@@ -18,8 +19,9 @@ from gtao import evaluate, io, render
 
 RESOLUTION, SEED = 192, 0
 EXPONENTS = (1.0, 1.25, 1.5, 2.0)
+DEFAULT = (gtao.GTAO().n_slices, gtao.GTAO().n_steps)
 #: Slices and steps per side.
-BUDGETS = ((3, 3), (9, 3), (4, 8))
+BUDGETS = ((3, 3), (9, 3), DEFAULT)
 
 
 def errors(g, radius):
@@ -57,7 +59,7 @@ def main():
             g = render.gbuffer(scene, sensor, albedo=False)
             rows += [errors(g, radius) for radius in (render.scenes.get(name).radius, math.inf)]
     table = np.array(rows).reshape(-1, 2, len(BUDGETS), len(EXPONENTS))
-    scores = np.log(table).mean(axis=(0, 1, 2))
+    scores = np.log(table[:, :, BUDGETS.index(DEFAULT)]).mean(axis=(0, 1))
     numbers = {
         "exponents": list(EXPONENTS),
         "mean_rmse": {
