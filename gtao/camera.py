@@ -5,12 +5,13 @@ Pixel coordinates are continuous, (0, 0) is the top left corner of the top left 
 
 import math
 import numbers
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import drjit as dr
 
 from .backend import types_of
+from .config import plain
 from .errors import ConfigError
 
 __all__ = ["OrthographicCamera", "PerspectiveCamera", "camera_from_dict"]
@@ -30,30 +31,34 @@ def _size(name: str, value: Any) -> int:
     return int(value)
 
 
-def _finite(name: str, value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, numbers.Real) or not math.isfinite(value):
-        raise ConfigError(f"camera {name} must be a finite number, got {value!r}")
-    return float(value)
+def _finite(name: str, value: Any) -> Any:
+    """A Python float, or the Dr.Jit float of width 1 that came, which may carry a gradient."""
+    array = dr.is_array_v(value)
+    number = value[0] if array and not dr.is_tensor_v(value) and len(value) == 1 else value
+    if isinstance(number, bool) or not isinstance(number, numbers.Real) or not math.isfinite(number):
+        raise ConfigError(f"camera {name} must be a finite number or a Dr.Jit float of width 1, got {value!r}")
+    return value if array else float(number)
 
 
-def _positive(name: str, value: Any) -> float:
-    number = _finite(name, value)
-    if number <= 0:
-        raise ConfigError(f"camera {name} must be positive, got {value!r}")
-    return number
+def _positive(name: str, value: Any) -> Any:
+    value = _finite(name, value)
+    if plain(value) <= 0:
+        raise ConfigError(f"camera {name} must be positive, got {plain(value)!r}")
+    return value
 
 
 def _set(camera: Any, **values: Any) -> None:
     """Fill in the fields of a frozen camera, checked for what its kernels can compute with."""
     for name, value in values.items():
         object.__setattr__(camera, name, value)
-    if camera.near < 0:
-        raise ConfigError(f"camera near must not be negative, got {camera.near}")
+    if plain(camera.near) < 0:
+        raise ConfigError(f"camera near must not be negative, got {plain(camera.near)}")
     limit = MAX_EXTENT if camera.is_orthographic else MAX_SLOPE
     for name, side, centre, focal in (
         ("x", camera.width, camera.cx, camera.fx),
         ("y", camera.height, camera.cy, camera.fy),
     ):
+        centre, focal = plain(centre), plain(focal)
         if not (focal <= MAX_EXTENT and max(abs(centre), abs(side - centre)) <= limit * focal):
             raise ConfigError(
                 f"the camera's pixels are too small, or its frame reaches further than {limit:g} along {name} (in"
@@ -89,9 +94,8 @@ class _Camera:
             raise ConfigError(f"a guard band is a whole number of pixels from 0 on, got {pixels!r}")
         p = int(pixels)
         wide = self.crop(-p, -p, self.width + 2 * p, self.height + 2 * p)
-        reach = max(
-            wide.cx / wide.fx, (wide.width - wide.cx) / wide.fx, wide.cy / wide.fy, (wide.height - wide.cy) / wide.fy
-        )
+        fx, fy, cx, cy = (plain(value) for value in (wide.fx, wide.fy, wide.cx, wide.cy))
+        reach = max(cx / fx, (wide.width - cx) / fx, cy / fy, (wide.height - cy) / fy)
         if p and not self.is_orthographic and reach > math.tan(math.radians(WIDEST)):
             raise ConfigError(
                 f"a guard band of {p} pixels widens the view to {math.degrees(math.atan(reach)):.2f} degrees from the"
@@ -101,7 +105,8 @@ class _Camera:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers that :func:`camera_from_dict` turns back into the same camera."""
-        return {"type": self.kind, **asdict(self)}
+        values = {f.name: getattr(self, f.name) for f in fields(self)}
+        return {"type": self.kind} | {k: v if isinstance(v, int) else plain(v) for k, v in values.items()}
 
 
 @dataclass(frozen=True)
@@ -109,7 +114,7 @@ class PerspectiveCamera(_Camera):
     """Pinhole camera.
 
     Give either ``fov_y`` or the focal lengths. The principal point ``(cx, cy)`` is in pixels and defaults to the
-    centre of the frame.
+    centre of the frame. All numbers but the size may be Dr.Jit floats of width 1, which may carry gradients.
 
     Args:
         width, height: size of the image in pixels.
@@ -149,9 +154,9 @@ class PerspectiveCamera(_Camera):
         if (fov_y is None) == (fx is None):
             raise ConfigError("give either fov_y or fx (and fy), not both and not neither")
         if fov_y is not None:
-            if not 0 < _finite("fov_y", fov_y) < math.pi:
-                raise ConfigError(f"fov_y must be in (0, pi) radians, got {fov_y}")
-            fx = fy = 0.5 * height / math.tan(0.5 * fov_y)
+            if not 0 < plain(_finite("fov_y", fov_y)) < math.pi:
+                raise ConfigError(f"fov_y must be in (0, pi) radians, got {plain(fov_y)}")
+            fx = fy = 0.5 * height / dr.tan(0.5 * fov_y)
         _set(
             self,
             width=width,
@@ -166,7 +171,7 @@ class PerspectiveCamera(_Camera):
     @property
     def fov_y(self) -> float:
         """Vertical field of view in radians."""
-        return math.atan((self.height - self.cy) / self.fy) + math.atan(self.cy / self.fy)
+        return dr.atan((self.height - self.cy) / self.fy) + dr.atan(self.cy / self.fy)
 
     def project(self, P):
         """Point(s) in the view frame to ``(x_px, y_px, view_z)``; meaningful only in front of the camera."""
@@ -194,6 +199,8 @@ class PerspectiveCamera(_Camera):
 @dataclass(frozen=True)
 class OrthographicCamera(_Camera):
     """Parallel projection along -z.
+
+    All numbers but the size may be Dr.Jit floats of width 1, which may carry gradients.
 
     Args:
         width, height: size of the image in pixels.

@@ -6,6 +6,7 @@ without recompiling.
 
 from typing import Any
 
+from ._checks import plain
 from .bitmask import VisibilityBitmask
 from .codec import from_dict, register
 from .deviations import Deviation, deviations, faithful
@@ -57,6 +58,7 @@ __all__ = [
     "faithful",
     "method_from_dict",
     "named",
+    "plain",
     "with_budget",
 ]
 

@@ -15,7 +15,20 @@ __all__ = [
     "check_number",
     "check_positive",
     "check_share",
+    "is_array",
+    "plain",
 ]
+
+
+def is_array(value: Any) -> bool:
+    """Whether an option is a Dr.Jit array, which may carry a gradient, instead of a Python number."""
+    # This room knows the standard library only.
+    return type(value).__module__.partition(".")[0] == "drjit"
+
+
+def plain(value: Any) -> float:
+    """The Python number of an option, whether it is one or a Dr.Jit float of width 1."""
+    return float(value[0]) if is_array(value) else float(value)
 
 
 def check_choice(name: str, value: Any, allowed: Any) -> None:
@@ -36,6 +49,13 @@ def check_flag(name: str, value: Any) -> None:
 
 
 def check_number(name: str, value: Any) -> float:
+    """The plain number of ``value``, which is one or a Dr.Jit float of width 1."""
+    if is_array(value):
+        if not hasattr(value, "__len__") or len(value) != 1 or not isinstance(value[0], float):
+            raise ConfigError(
+                f"{name} must be a number or a Dr.Jit float of width 1, got {type(value).__name__} {value}"
+            )
+        return plain(value)
     if isinstance(value, bool) or not isinstance(value, numbers.Real):
         raise ConfigError(f"{name} must be a number, got {value!r}")
     return float(value)

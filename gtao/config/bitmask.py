@@ -6,7 +6,16 @@ from typing import Literal, get_args
 
 from gtao.errors import ConfigError
 
-from ._checks import check_ceiling, check_choice, check_count, check_flag, check_instance, check_positive, check_share
+from ._checks import (
+    check_ceiling,
+    check_choice,
+    check_count,
+    check_flag,
+    check_instance,
+    check_positive,
+    check_share,
+    plain,
+)
 from .falloff import NoCut, SampleCut
 from .slices import Arccosine, SliceMethod, with_slice_arguments
 from .thickness import ConstantThickness, ContinuityThickness, LinearThickness, MeasuredThickness
@@ -69,7 +78,7 @@ class VisibilityBitmask(SliceMethod):
             raise ConfigError(f"arccosine {self.arccosine!r} needs weighting 'angle', got {self.weighting!r}")
         check_instance("falloff", self.falloff, (SampleCut, NoCut))
         self._check_falloff(self.falloff)
-        if self.zenith == "optical_axis" and self.falloff is None and not math.isinf(self.radius):
+        if self.zenith == "optical_axis" and self.falloff is None and not math.isinf(plain(self.radius)):
             raise ConfigError(
                 "zenith='optical_axis' needs a falloff: the exact cut at a radius needs slices about the view vector;"
                 " give falloff=NoCut() or SampleCut"

@@ -6,6 +6,8 @@ from typing import Any
 
 from gtao.errors import ConfigError
 
+from ._checks import is_array, plain
+
 __all__ = ["from_dict", "known_types", "register", "to_dict"]
 
 _TYPES: dict[str, Any] = {}
@@ -23,7 +25,13 @@ def known_types() -> tuple[str, ...]:
 def to_dict(config: Any) -> dict[str, Any]:
     """The fields of a configuration, nested ones too, each with the name of its class under "type"."""
     values = {f.name: getattr(config, f.name) for f in fields(config)}
-    return {"type": type(config).__name__} | {k: to_dict(v) if is_dataclass(v) else v for k, v in values.items()}
+    return {"type": type(config).__name__} | {k: _described(v) for k, v in values.items()}
+
+
+def _described(value: Any) -> Any:
+    if is_dataclass(value):
+        return to_dict(value)
+    return plain(value) if is_array(value) else value
 
 
 def from_dict(data: Any, default: str | None = None) -> Any:

@@ -44,7 +44,7 @@ _FILAMENT: dict[str, Any] = {
 def _checked(radius: float) -> float:
     """The radius, before anything is derived from it."""
     check_positive("radius", radius)
-    return float(radius)
+    return radius
 
 
 def _counts(level: str) -> dict[str, int]:

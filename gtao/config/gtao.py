@@ -6,7 +6,16 @@ from typing import Any, Literal
 
 from gtao.errors import ConfigError
 
-from ._checks import check_ceiling, check_choice, check_count, check_flag, check_instance, check_positive, check_share
+from ._checks import (
+    check_ceiling,
+    check_choice,
+    check_count,
+    check_flag,
+    check_instance,
+    check_positive,
+    check_share,
+    plain,
+)
 from .falloff import Falloff, IndexFalloff, LinearFalloff, NoCut, QuadraticFalloff, SampleCut
 from .slices import Arccosine, SliceMethod, with_slice_arguments
 from .thickness import DepthCut, RunningThickness
@@ -80,7 +89,7 @@ class GTAO(SliceMethod):
         check_ceiling(self.ceiling)
 
     def _check_exact_cut(self) -> None:
-        if self.falloff is not None or math.isinf(self.radius):
+        if self.falloff is not None or math.isinf(plain(self.radius)):
             return
         for name, on in (
             ("thickness", self.thickness is not None),

@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from gtao.errors import ConfigError
 
-from ._checks import check_choice, check_count
+from ._checks import check_choice, check_count, plain
 from .slices import SliceMethod, Zenith, with_slice_arguments
 
 __all__ = ["HBAO", "Attenuation"]
@@ -41,7 +41,7 @@ class HBAO(SliceMethod):
         if self.n_directions % 2:
             raise ConfigError(f"n_directions must be even, opposite directions share a slice, got {self.n_directions}")
         check_choice("attenuation", self.attenuation, Attenuation)
-        if self.attenuation != "none" and math.isinf(self.radius):
+        if self.attenuation != "none" and math.isinf(plain(self.radius)):
             raise ConfigError("attenuation needs a finite radius; give a radius or attenuation='none'")
 
     @property

@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from gtao.errors import ConfigError
 
-from ._checks import check_choice, check_count, check_flag, check_instance, check_number, check_positive
+from ._checks import check_choice, check_count, check_flag, check_instance, check_number, check_positive, plain
 from .codec import to_dict
 from .pyramid import DepthPyramid
 
@@ -116,22 +116,23 @@ class SliceMethod:
         # Strata start there, and at less than half a pixel a sample would be the shaded point itself.
         lowest = 0.5 if self.step_law == "strata" else 0.0
         if not lowest <= check_number("min_step_px", self.min_step_px) <= 64:
-            raise ConfigError(f"min_step_px must lie in [{lowest:g}, 64], got {self.min_step_px}")
+            raise ConfigError(f"min_step_px must lie in [{lowest:g}, 64], got {plain(self.min_step_px)}")
         if self.max_radius_px is not None:
             check_positive("max_radius_px", self.max_radius_px, infinite=True)
-            if self.max_radius_px < self.min_step_px:
-                raise ConfigError(f"max_radius_px must be at least {self.min_step_px:g}, got {self.max_radius_px}")
+            least, longest = plain(self.min_step_px), plain(self.max_radius_px)
+            if longest < least:
+                raise ConfigError(f"max_radius_px must be at least {least:g}, got {longest}")
         if self.max_radius_share is not None:
             check_positive("max_radius_share", self.max_radius_share)
         check_choice("border", self.border, Border)
-        endless = math.isinf(self.radius) and self.max_radius_px is None and self.max_radius_share is None
+        endless = math.isinf(plain(self.radius)) and self.max_radius_px is None and self.max_radius_share is None
         if self.border != "shorten" and endless:
             raise ConfigError(f"border {self.border!r} needs a finite radius, max_radius_px or max_radius_share")
         check_choice("noise", self.noise, Noise)
         check_count("seed", self.seed, 0, 2**32 - 1)
         self._check_pyramid()
         if not 0 <= check_number("depth_bias", self.depth_bias) <= 0.1:
-            raise ConfigError(f"depth_bias must lie in [0, 0.1], got {self.depth_bias}")
+            raise ConfigError(f"depth_bias must lie in [0, 0.1], got {plain(self.depth_bias)}")
 
     @property
     def search_radius(self) -> float:
@@ -139,7 +140,7 @@ class SliceMethod:
         return self.radius * self.radius_multiplier
 
     def _check_falloff(self, falloff: Any) -> None:
-        end, farthest = getattr(falloff, "end", 0.0), max(self.radius, self.search_radius)
+        end, farthest = plain(getattr(falloff, "end", 0.0)), max(plain(self.radius), plain(self.search_radius))
         if end > farthest * (1 + 1e-6):
             raise ConfigError(f"falloff end {end} lies beyond the radius {farthest}")
 
@@ -149,7 +150,7 @@ class SliceMethod:
             return
         if self.fetch not in ("nearest", "floor", "bilinear"):
             raise ConfigError(f"a pyramid is read with fetch 'nearest', 'floor' or 'bilinear', got {self.fetch!r}")
-        if self.pyramid.filter == "weighted" and math.isinf(self.radius):
+        if self.pyramid.filter == "weighted" and math.isinf(plain(self.radius)):
             raise ConfigError("a weighted pyramid needs a finite radius, or another filter")
 
     def _check_angles(self) -> None:
