@@ -1,6 +1,6 @@
 """The input of every estimator: depth and normals of one frame, validated once."""
 
-from functools import cached_property
+from types import SimpleNamespace
 from typing import Any
 
 import drjit as dr
@@ -10,18 +10,13 @@ from .camera import OrthographicCamera, PerspectiveCamera
 from .errors import ShapeError
 from .kernels import fetch, normals, pyramid
 from .layers import DepthLayers
-from .tensors import to_tensor, window
+from .tensors import scalar, to_tensor, window
+from .validation import check
 
 __all__ = ["GBuffer"]
 
-#: Largest tolerated deviation of a normal's length from 1; half-float buffers reach 1e-3.
-UNIT_TOLERANCE = 5e-3
-#: Deviations up to this come from rounding a unit vector to float32.
+#: Deviations of a normal's length from 1 up to this come from rounding a unit vector to float32.
 ROUNDING = 3e-7
-#: Depths whose squares neither overflow nor vanish in float32.
-NEAREST, FARTHEST = 1e-12, 1e12
-#: The first layer of the frame is its depth, up to the rounding of a conversion.
-LAYER_TOLERANCE = 1e-6
 
 
 class GBuffer:
@@ -37,6 +32,11 @@ class GBuffer:
         motion: optional (H, W, 2) motion in pixels from the previous frame.
         layers: optional :class:`gtao.DepthLayers`: where the bodies behind each pixel begin and end; the first begins
             at ``view_z``.
+        validate: look at every value, which waits for the arrays to be computed. With False the caller vouches for
+            them: training loops and functions inside ``dr.freeze`` need that. Shapes and types are always checked.
+
+    Gradients that depth, normals or numbers of the camera carry flow into everything that is derived from them; they
+    have to be enabled before the frame is made.
 
     Raises:
         ShapeError: a shape or type is wrong, depth is NaN, not positive or beyond 1e-12 … 1e12, a normal is not
@@ -52,23 +52,29 @@ class GBuffer:
         albedo: Any = None,
         motion: Any = None,
         layers: DepthLayers | None = None,
+        *,
+        validate: bool = True,
     ):
         if not isinstance(camera, PerspectiveCamera | OrthographicCamera):
             raise ShapeError(f"camera must be a PerspectiveCamera or OrthographicCamera, got {type(camera).__name__}")
         self.camera = camera
         self.shape: tuple[int, int] = camera.shape
         self.view_z = to_tensor(view_z, "view_z", self.shape)
+        self.mask = self.types.TensorBool(dr.isfinite(dr.detach(self.view_z.array)), self.shape)
+        self.normals_derived = normal_v is None
+        self._given = None if normal_v is None else to_tensor(normal_v, "normal_v", (*self.shape, 3)).array
+        self.albedo = None if albedo is None else to_tensor(albedo, "albedo", (*self.shape, 3))
+        self.motion = None if motion is None else to_tensor(motion, "motion", (*self.shape, 2))
+        self.layers = None if layers is None else self._same_frame(layers)
         self._affine_field: Any = None
         self._pyramid: tuple[Any, Any] = (None, None)
-        self.mask = self._check_depth()
-        self.normals_derived = normal_v is None
-        if normal_v is None:
-            self.normal_v = self._derive_normals()
-        else:
-            self.normal_v = self._check_normals(to_tensor(normal_v, "normal_v", (*self.shape, 3)))
-        self.albedo = None if albedo is None else self._check_albedo(to_tensor(albedo, "albedo", (*self.shape, 3)))
-        self.motion = None if motion is None else to_tensor(motion, "motion", (*self.shape, 2))
-        self.layers = None if layers is None else self._check_layers(layers)
+        self._position_v: Any = None
+        # Kept, but not while gradients flow: a backward pass consumes the graph behind it.
+        self._normal_v = None if self._normals_attached() else self._normals()
+        if validate:
+            self._validate()
+        if self._normal_v is not None:
+            self._given = None
 
     @classmethod
     def from_exr(cls, path: Any, camera: Any = None, **options: Any) -> "GBuffer":
@@ -95,7 +101,7 @@ class GBuffer:
 
         view_z, normal_v, albedo, motion = map(part, (self.view_z, self.normal_v, self.albedo, self.motion))
         layers = None if self.layers is None else self.layers.crop(*region)
-        result = GBuffer(view_z, normal_v, self.camera.crop(*region), albedo, motion, layers)
+        result = GBuffer(view_z, normal_v, self.camera.crop(*region), albedo, motion, layers, validate=False)
         result.normals_derived = self.normals_derived
         return result
 
@@ -114,32 +120,42 @@ class GBuffer:
         """Array types of this buffer; see :func:`gtao.backend.types_of`."""
         return backend.types_of(type(self.view_z))
 
-    @cached_property
+    @property
+    def normal_v(self):
+        """(H, W, 3) unit normals in the view frame; (0, 0, 1) on the background."""
+        return self._normals() if self._normal_v is None else self._normal_v
+
+    @property
     def position_v(self):
         """(H, W, 3) surface points in the view frame; zero on the background."""
-        P = dr.select(self.mask.array, self._unproject_flat(self.view_z.array), 0)
-        return self.types.Tensor(dr.ravel(P), (*self.shape, 3))
+        if self._position_v is not None:
+            return self._position_v
+        height, width = self.shape
+        surface, z = self.mask.array, self.view_z.array
+        index = dr.arange(self.types.UInt, width * height)
+        y = index // width
+        P = self._positions()(index - y * width, y, dr.select(surface, z, 1))
+        result = self.types.Tensor(dr.ravel(dr.select(surface, P, 0)), (*self.shape, 3))
+        if not dr.grad_enabled(result):
+            self._position_v = result
+        return result
 
     def affine_field(self):
         """What the linear fetch reads; see :func:`gtao.kernels.fetch.affine_field`."""
-        # Kept between estimates, but not while gradients flow: a backward pass consumes the graph behind it.
-        attached = dr.grad_enabled(self.view_z)
-        if attached or self._affine_field is None:
+        camera, z = self.camera, self.view_z.array
+        if self._affine_field is None:
             height, width = self.shape
-            camera = self.camera
-            field = fetch.affine_field(
-                self.view_z.array,
-                width,
-                height,
-                1 / min(camera.fx, camera.fy),
-                camera.is_orthographic,
-                self.types,
-            )
+            ax, ay = (1 / scalar(dr.detach(f), self.types.Float) for f in (camera.fx, camera.fy))
+            footprint = dr.select(ax > ay, ax, ay)
+            field = fetch.affine_field(dr.detach(z), width, height, footprint, camera.is_orthographic, self.types)
             dr.eval(field)
-            if attached:
-                return field
             self._affine_field = field
-        return self._affine_field
+        field = self._affine_field
+        if not dr.grad_enabled(z):
+            return field
+        # Where the edges are has no derivative, so that the adjoint need not scatter to the texels that were compared.
+        value = z if camera.is_orthographic else 1 / z
+        return dr.replace_grad(field, dr.select(dr.copysign(self.types.Float(1), field) < 0, -value, value))
 
     def depth_pyramid(self, table: pyramid.Table, name: str, start: float, end: float):
         """Depth at several resolutions; see :func:`gtao.kernels.pyramid.build`. The last one made is kept."""
@@ -157,69 +173,41 @@ class GBuffer:
         """The normals as an Array3."""
         return dr.unravel(self.types.Array3, self.normal_v.array)
 
-    def _pixel_centres(self):
-        height, width = self.shape
-        index = dr.arange(self.types.UInt, width * height)
-        y = index // width
-        return self.types.Float(index - y * width) + 0.5, self.types.Float(y) + 0.5
+    def normals_to_be_normalised(self):
+        """The normals as they came and :func:`gtao.kernels.normals.unit`'s tolerance while they carry gradients.
 
-    def _unproject_flat(self, view_z):
-        x, y = self._pixel_centres()
-        return self.camera.unproject(x, y, view_z)
+        An estimate then normalises them in its own kernel, and its adjoint does too; else None.
+        """
+        return None if self._given is None else (self._given, self._tolerance)
 
-    def _check_depth(self):
-        z = self.view_z.array
-        n_nan, n_bad = dr.count(dr.isnan(z))[0], dr.count(z <= 0)[0]
-        if n_nan:
-            raise ShapeError(f"view_z is NaN at {n_nan} pixels; mark the background with inf and repair the rest")
-        if n_bad:
-            lowest = dr.min(z)[0]
-            raise ShapeError(
-                f"view_z must be positive (distance in front of the camera), got {n_bad} pixels down to {lowest:g};"
-                " mark the background with inf"
-            )
-        surface = dr.isfinite(z)
-        beyond = surface & ((z < NEAREST) | (z > FARTHEST))
-        if dr.any(beyond):
-            example = dr.gather(self.types.Float, z, dr.compress(beyond)[0])[0]
-            raise ShapeError(
-                f"view_z must lie between {NEAREST:g} and {FARTHEST:g}, got {example:g} among {dr.count(beyond)[0]}"
-                " pixels; mark the background with inf, or choose another unit of length"
-            )
-        return self.types.TensorBool(surface, self.shape)
+    def _positions(self):
+        """Function of texel coordinates and depth to points in the view frame, the camera's numbers kernel inputs."""
+        T, camera = self.types, self.camera
+        inputs = SimpleNamespace(**{name: scalar(getattr(camera, name), T.Float) for name in ("fx", "fy", "cx", "cy")})
+        return lambda x, y, z: type(camera).unproject(inputs, T.Float(x) + 0.5, T.Float(y) + 0.5, z)
 
-    def _check_normals(self, normal_v):
-        T = self.types
-        n = dr.unravel(T.Array3, normal_v.array)
-        if type(n) is not T.Array3:
-            n = T.Array3(n)
-        surface = self.mask.array
-        length = dr.norm(n)
-        bad = surface & ~dr.isfinite(length)
-        if dr.any(bad):
-            raise ShapeError(f"normal_v is not finite at {dr.count(bad)[0]} surface pixels")
-        off = surface & (abs(length - 1) > UNIT_TOLERANCE)
-        if dr.any(off):
-            raise ShapeError(
-                f"normal_v must be unit vectors: {dr.count(off)[0]} surface pixels are not"
-                f" (a length of {dr.gather(T.Float, length, dr.compress(off)[0])[0]:.4g}); normalise them first"
-            )
-        # Unit vectors keep their bits, so that a file that is read and written again does not drift.
-        n = dr.select(surface & (abs(length - 1) > ROUNDING), n / length, n)
-        n = dr.select(surface, n, T.Array3(0, 0, 1))
-        flat = dr.ravel(n)
-        if not dr.grad_enabled(flat):
-            dr.eval(flat)
-        return T.Tensor(flat, (*self.shape, 3))
+    def _normals_attached(self) -> bool:
+        if self._given is not None:
+            return dr.grad_enabled(self._given)
+        camera = self.camera
+        return any(map(dr.grad_enabled, (self.view_z, camera.fx, camera.fy, camera.cx, camera.cy)))
 
-    def _check_albedo(self, albedo):
-        a = albedo.array
-        wrong = ~((a >= 0) & (a <= 1))
-        if dr.any(wrong):
-            raise ShapeError(f"albedo must be in [0, 1]: {dr.count(wrong)[0]} values are not")
-        return albedo
+    @property
+    def _tolerance(self) -> float:
+        Float = self.types.Float
+        return ROUNDING * dr.epsilon(Float) / dr.epsilon(dr.float32_array_t(Float))
 
-    def _check_layers(self, layers):
+    def _normals(self):
+        """The tensor of normals, not evaluated yet."""
+        T, (height, width) = self.types, self.shape
+        if self._given is None:
+            orthographic = self.camera.is_orthographic
+            n = normals.from_depth(self.view_z.array, self._positions(), width, height, orthographic, T)
+        else:
+            n = normals.unit(T.Array3(dr.unravel(T.Array3, self._given)), self.mask.array, self._tolerance)
+        return T.Tensor(dr.ravel(n), (height, width, 3))
+
+    def _same_frame(self, layers):
         if not isinstance(layers, DepthLayers):
             raise ShapeError(f"layers must be gtao.DepthLayers, got {type(layers).__name__}")
         if layers.shape[1:] != self.shape:
@@ -227,27 +215,17 @@ class GBuffer:
             raise ShapeError(f"the layers are of a frame of {width}x{height}, not {self.shape[1]}x{self.shape[0]}")
         if type(layers.front) is not type(self.view_z):
             raise ShapeError("the layers and view_z must both be single or both be double precision")
-        z = self.view_z.array
-        first = dr.gather(type(z), layers.front.array, dr.arange(self.types.UInt, dr.width(z)))
-        n_off = dr.count(~((first == z) | (dr.isfinite(z) & (abs(first - z) <= LAYER_TOLERANCE * z))))[0]
-        if n_off:
-            raise ShapeError(
-                f"the first layer must begin at view_z, but does not at {n_off} pixels; are they one view?"
-            )
         return layers
 
-    def _derive_normals(self):
-        T, camera = self.types, self.camera
+    def _validate(self) -> None:
+        def channels(flat):
+            return None if flat is None else dr.detach(dr.unravel(dr.replace_shape_t(type(flat), (3, -1)), flat))
 
-        def position(x, y, z):
-            return camera.unproject(T.Float(x) + 0.5, T.Float(y) + 0.5, z)
-
-        height, width = self.shape
-        n = normals.from_depth(self.view_z.array, position, width, height, camera.is_orthographic, T)
-        flat = dr.ravel(n)
-        if not dr.grad_enabled(flat):
-            dr.eval(flat)
-        return T.Tensor(flat, (*self.shape, 3))
+        z, front = dr.detach(self.view_z.array), None
+        if self.layers is not None:
+            front = dr.gather(type(z), dr.detach(self.layers.front.array), dr.arange(self.types.UInt, dr.width(z)))
+        albedo = None if self.albedo is None else self.albedo.array
+        check(z, channels(self._given), channels(albedo), front, self._normal_v)
 
     def __repr__(self) -> str:
         height, width = self.shape

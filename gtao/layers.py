@@ -22,6 +22,7 @@ class DepthLayers:
     Args:
         front: (K, H, W) where body k begins, in scene units, positive; NumPy, PyTorch, JAX or Dr.Jit arrays.
         back: (K, H, W) where it ends.
+        validate: look at every value; with False the caller vouches for them, see :class:`gtao.GBuffer`.
 
     Raises:
         ShapeError: a shape or type is wrong, a number is NaN or not positive, a body ends before it begins or begins
@@ -29,7 +30,7 @@ class DepthLayers:
         BackendError: there is no usable Dr.Jit backend.
     """
 
-    def __init__(self, front: Any, back: Any):
+    def __init__(self, front: Any, back: Any, *, validate: bool = True):
         shape = tuple(getattr(front, "shape", ()))
         if len(shape) != 3 or shape[0] < 1:
             raise ShapeError(f"front must have shape (layers, height, width) with a layer at least, got {shape}")
@@ -38,7 +39,8 @@ class DepthLayers:
         self.back = to_tensor(back, "back", self.shape)
         if type(self.front) is not type(self.back):
             raise ShapeError("front and back must both be single or both be double precision")
-        self._check()
+        if validate:
+            self._check()
 
     @property
     def n_layers(self) -> int:
@@ -60,10 +62,22 @@ class DepthLayers:
         Raises:
             ShapeError: it does not.
         """
-        return DepthLayers(*(window(t, x0, y0, width, height, axis=1) for t in (self.front, self.back)))
+        parts = (window(t, x0, y0, width, height, axis=1) for t in (self.front, self.back))
+        return DepthLayers(*parts, validate=False)
 
     def _check(self) -> None:
-        ordered = [t[k].array for k in range(self.n_layers) for t in (self.front, self.back)]
+        n = self.shape[1] * self.shape[2]
+        pixel = dr.arange(dr.uint32_array_t(dr.leaf_t(self.front)), n)
+        arrays = [dr.detach(t.array) for t in (self.front, self.back)]
+        ordered = [dr.gather(type(a), a, pixel + k * n) for k in range(self.n_layers) for a in arrays]
+        # Positive and in order; what exactly is wrong is found out only if anything is.
+        wrong = ~(ordered[0] > 0)
+        for a, b in pairwise(ordered):
+            wrong |= ~(a <= b)
+        if dr.any(wrong):
+            self._explain(ordered)
+
+    def _explain(self, ordered) -> None:
         for name, tensor in (("front", self.front), ("back", self.back)):
             n_bad = dr.count(~(tensor.array > 0))[0]
             if n_bad:

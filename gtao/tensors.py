@@ -7,11 +7,11 @@ import drjit as dr
 from . import backend
 from .errors import ShapeError
 
-__all__ = ["to_tensor", "window"]
+__all__ = ["scalar", "to_tensor", "window"]
 
 
 def to_tensor(value: Any, name: str, shape: tuple[int, ...]):
-    """A Dr.Jit tensor of ``shape`` that owns its memory, from anything with an array protocol."""
+    """A Dr.Jit tensor of ``shape`` that owns its memory, from anything with an array protocol; gradients stay."""
     backend.require()
     if not (hasattr(value, "__dlpack__") or hasattr(value, "__array_interface__")):
         raise ShapeError(f"{name} must be an array (NumPy, PyTorch, JAX, Dr.Jit tensor), got {type(value).__name__}")
@@ -31,9 +31,25 @@ def to_tensor(value: Any, name: str, shape: tuple[int, ...]):
             raise ShapeError(f"{name} cannot be read as an array: {error}") from None
     if tuple(tensor.shape) != shape:
         raise ShapeError(f"{name} must have shape {shape}, got {tuple(tensor.shape)}")
+    return type(tensor)(_owned(tensor.array), shape)
+
+
+def _owned(array):
+    if array.state is dr.VarState.Unevaluated:
+        dr.eval(array)
+        return array
     # A NumPy array is aliased, not copied, and its alignment would become part of the kernel.
-    flat = tensor.array if dr.grad_enabled(tensor) else dr.opaque(tensor.array)
-    return type(tensor)(flat, shape)
+    own = dr.opaque(dr.detach(array))
+    # The caller's own variable of the graph: a backward pass would consume the edge to another.
+    return dr.replace_grad(own, array) if dr.grad_enabled(array) else own
+
+
+def scalar(value: Any, Float: Any):
+    """Kernel input of width one from a Python number or a Dr.Jit float, whose gradient stays.
+
+    A literal would be baked into the kernel, and every new value compile it again.
+    """
+    return dr.opaque(Float(value)) if dr.is_array_v(value) else dr.opaque(Float, float(value))
 
 
 def window(tensor: Any, x0: int, y0: int, width: int, height: int, *, axis: int = 0):

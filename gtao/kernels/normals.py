@@ -2,7 +2,9 @@
 
 import drjit as dr
 
-__all__ = ["from_depth"]
+from .apart import apart
+
+__all__ = ["from_depth", "unit"]
 
 
 def from_depth(view_z, position, width, height, orthographic, types):
@@ -24,34 +26,57 @@ def from_depth(view_z, position, width, height, orthographic, types):
     index = dr.arange(UInt, width * height)
     y = index // width
     x = index - y * width
-    P = position(x, y, view_z)
+    # Which side is better has no derivative: it is found without, and the adjoint then touches one neighbour per axis.
+    still = dr.detach(view_z)
+    surface = dr.isfinite(still)
+    centre = still if orthographic else 1 / still
+    own, tapped = apart(view_z)
+    P = position(x, y, dr.select(surface, own, 1))
 
     def neighbour(dx, dy):
+        """Index of a neighbour, and whether it is in the frame."""
         i, j = Int(x) + dx, Int(y) + dy
-        inside = (i >= 0) & (i < width) & (j >= 0) & (j < height)
-        z = dr.gather(Float, view_z, UInt(j * width + i), inside)
+        return UInt(j * width + i), (i >= 0) & (i < width) & (j >= 0) & (j < height)
+
+    def affine(dx, dy):
+        i, inside = neighbour(dx, dy)
+        z = dr.gather(Float, still, i, inside)
         inside &= dr.isfinite(z)
         z = dr.select(inside, z, 1)
-        return position(UInt(i), UInt(j), z), (z if orthographic else 1 / z), inside
+        return (z if orthographic else 1 / z), inside
 
-    centre = view_z if orthographic else 1 / view_z
+    def miss(dx, dy):
+        """How badly the neighbour predicts its next one, inf if there is no neighbour."""
+        (f1, ok1), (f2, ok2) = affine(dx, dy), affine(2 * dx, 2 * dy)
+        # Without a second neighbour the slope itself stands in, which ranks this side behind a smooth one.
+        return dr.select(ok1, dr.select(ok2, abs(centre - 2 * f1 + f2), abs(centre - f1)), dr.inf)
 
-    def derivative(dx, dy):
-        """Tangent along +(dx, dy) and how badly it predicts; the miss is inf where there is no neighbour."""
-        candidates = []
-        for sign in (1, -1):
-            P1, f1, ok1 = neighbour(sign * dx, sign * dy)
-            _, f2, ok2 = neighbour(2 * sign * dx, 2 * sign * dy)
-            # Without a second neighbour the slope itself stands in, which ranks this side behind a smooth one.
-            miss = dr.select(ok2, abs(centre - 2 * f1 + f2), abs(centre - f1))
-            candidates.append((sign * (P1 - P), dr.select(ok1, miss, dr.inf), ok1))
-        (t1, m1, ok1), (t0, m0, ok0) = candidates
-        return dr.select(m1 <= m0, t1, t0), ok1 | ok0
+    def tangent(dx, dy):
+        """Along +(dx, dy), from the better side, and whether there is one."""
+        forth, back = miss(dx, dy), miss(-dx, -dy)
+        ok = (forth < dr.inf) | (back < dr.inf)
+        sign = dr.select(forth <= back, Int(1), Int(-1))
+        i, _ = neighbour(sign * dx, sign * dy)
+        z = dr.select(ok, dr.gather(Float, tapped, i, ok), 1)
+        return Float(sign) * (position(Int(x) + sign * dx, Int(y) + sign * dy, z) - P), ok
 
-    tx, okx = derivative(1, 0)
-    ty, oky = derivative(0, -1)
+    tx, okx = tangent(1, 0)
+    ty, oky = tangent(0, -1)
     n = dr.cross(tx, ty)
     length2 = dr.squared_norm(n)
-    ok = dr.isfinite(view_z) & okx & oky & (length2 > 0)
+    ok = surface & okx & oky & (dr.detach(length2) > 0)
     n = n * dr.rsqrt(dr.select(ok, length2, 1))
     return dr.select(ok, n, A3(0, 0, 1))
+
+
+def unit(n, surface, rounding):
+    """Normals at length 1, (0, 0, 1) on the background.
+
+    Those that differ from length 1 by ``rounding`` at most keep their bits, so that a file that is read and written
+    again does not drift; their derivative is that of the others.
+    """
+    length = dr.norm(n)
+    exact = n / dr.select(surface, length, 1)
+    kept = dr.select(abs(length - 1) > rounding, exact, n)
+    n = dr.replace_grad(kept, exact) if dr.grad_enabled(n) else kept
+    return dr.select(surface, n, type(n)(0, 0, 1))

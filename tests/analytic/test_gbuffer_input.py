@@ -66,6 +66,8 @@ Z, N = good()
         ((change(Z, 0.0), N), "positive"),
         ((change(Z, -1.0), N), "positive"),
         ((change(Z, -np.inf), N), "positive"),
+        ((change(Z, 2e12), N), "must lie between"),
+        ((change(Z, 5e-13), N), "must lie between"),
         ((Z, change(N, np.nan)), "not finite"),
         ((Z, change(N, np.inf)), "not finite"),
         ((Z, change(N, 0.0)), "unit"),
@@ -93,6 +95,38 @@ def test_inputs_are_not_aliased():
     g = gtao.GBuffer(z, n, CAMERA)
     z[:] = 7.0
     assert g.view_z.numpy() == pytest.approx(Z)
+
+
+@pytest.mark.parametrize("arguments", [(change(Z, np.nan), N), (change(Z, -1.0), N), (Z, 2 * N), (Z, N, 2 + N)])
+def test_the_caller_may_vouch_for_the_values(arguments):
+    with pytest.raises(gtao.ShapeError):
+        gtao.GBuffer(*arguments[:2], CAMERA, *arguments[2:])
+    gtao.GBuffer(*arguments[:2], CAMERA, *arguments[2:], validate=False)
+
+
+def test_shapes_and_types_are_checked_all_the_same():
+    for wrong in ((Z[:3], N), (Z, N[..., :2]), (Z, N, Z), ([[1.0]], N)):
+        with pytest.raises(gtao.ShapeError):
+            gtao.GBuffer(*wrong[:2], CAMERA, *wrong[2:], validate=False)
+
+
+def test_looking_at_the_values_does_not_change_them():
+    z, n = change(Z, np.inf), N * np.float32(1.002)
+    looked, vouched = (gtao.GBuffer(z, n, CAMERA, validate=validate) for validate in (True, False))
+    for name in ("view_z", "normal_v", "mask"):
+        np.testing.assert_array_equal(getattr(looked, name).numpy(), getattr(vouched, name).numpy())
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_unit_normals_keep_their_bits_and_others_are_normalised(dtype):
+    rng = np.random.default_rng(4)
+    n = rng.normal(size=N.shape)
+    n = (n / np.linalg.norm(n, axis=-1, keepdims=True)).astype(dtype)
+    z = Z.astype(dtype)
+    np.testing.assert_array_equal(gtao.GBuffer(z, n, CAMERA).normal_v.numpy(), n)
+    stretched = gtao.GBuffer(z, n * dtype(1.004), CAMERA).normal_v.numpy()
+    # A square root and a division, each rounded.
+    assert np.abs(stretched - n).max() <= 3 * np.finfo(dtype).eps
 
 
 def worst_angle(field, mask=...):

@@ -1,0 +1,101 @@
+"""What may be wrong with the arrays of a frame: found in one pass over the pixels, explained only if there is anything.
+
+Every function takes flat arrays; gradients do not flow here.
+"""
+
+from typing import Any
+
+import drjit as dr
+
+from .errors import ShapeError
+
+__all__ = ["check"]
+
+#: Largest tolerated deviation of a normal's length from 1; half-float buffers reach 1e-3.
+UNIT_TOLERANCE = 5e-3
+#: Depths whose squares neither overflow nor vanish in float32.
+NEAREST, FARTHEST = 1e-12, 1e12
+#: The first layer of the frame is its depth, up to the rounding of a conversion.
+LAYER_TOLERANCE = 1e-6
+
+
+def check(view_z: Any, normal: Any, albedo: Any, front: Any, also: Any) -> None:
+    """Evaluate ``also`` together with one flag per pixel that says whether anything is wrong there.
+
+    Args:
+        view_z: depth.
+        normal, albedo: Array3 of normals and of albedo, or None.
+        front: where the first of the depth layers begins, or None.
+        also: array that is needed anyway, evaluated by the same kernel; or None.
+
+    Raises:
+        ShapeError: depth is NaN, not positive or beyond 1e-12 … 1e12; the normal of a surface is not finite or not
+            unit; albedo is not in [0, 1]; the first layer does not begin at the depth.
+    """
+    surface = dr.isfinite(view_z)
+    bad = ~((view_z >= NEAREST) & ((view_z <= FARTHEST) | (view_z == dr.inf)))
+    length = None if normal is None else dr.norm(normal)
+    if length is not None:
+        bad |= surface & ~(abs(length - 1) <= UNIT_TOLERANCE)
+    if albedo is not None:
+        for a in albedo:
+            bad |= _outside(a)
+    if front is not None:
+        bad |= _elsewhere(front, view_z)
+    dr.eval(bad, also)
+    if not dr.any(bad):
+        return
+    _explain_depth(view_z, surface)
+    if length is not None:
+        _explain_normals(length, surface)
+    if albedo is not None:
+        n_wrong = sum(dr.count(_outside(a))[0] for a in albedo)
+        if n_wrong:
+            raise ShapeError(f"albedo must be in [0, 1]: {n_wrong} values are not")
+    raise ShapeError(
+        f"the first layer must begin at view_z, but does not at {dr.count(_elsewhere(front, view_z))[0]} pixels; are"
+        " they one view?"
+    )
+
+
+def _outside(albedo):
+    return ~((albedo >= 0) & (albedo <= 1))
+
+
+def _elsewhere(front, view_z):
+    """Where the first layer does not begin at the depth; both are infinite on the background."""
+    near = dr.isfinite(view_z) & (abs(front - view_z) <= LAYER_TOLERANCE * view_z)
+    return ~((front == view_z) | near)
+
+
+def _example(values, where):
+    return dr.gather(type(values), values, dr.compress(where)[0])[0]
+
+
+def _explain_depth(z, surface) -> None:
+    n_nan, n_bad = dr.count(dr.isnan(z))[0], dr.count(z <= 0)[0]
+    if n_nan:
+        raise ShapeError(f"view_z is NaN at {n_nan} pixels; mark the background with inf and repair the rest")
+    if n_bad:
+        raise ShapeError(
+            f"view_z must be positive (distance in front of the camera), got {n_bad} pixels down to {dr.min(z)[0]:g};"
+            " mark the background with inf"
+        )
+    beyond = surface & ((z < NEAREST) | (z > FARTHEST))
+    if dr.any(beyond):
+        raise ShapeError(
+            f"view_z must lie between {NEAREST:g} and {FARTHEST:g}, got {_example(z, beyond):g} among"
+            f" {dr.count(beyond)[0]} pixels; mark the background with inf, or choose another unit of length"
+        )
+
+
+def _explain_normals(length, surface) -> None:
+    wild = surface & ~dr.isfinite(length)
+    if dr.any(wild):
+        raise ShapeError(f"normal_v is not finite at {dr.count(wild)[0]} surface pixels")
+    off = surface & (abs(length - 1) > UNIT_TOLERANCE)
+    if dr.any(off):
+        raise ShapeError(
+            f"normal_v must be unit vectors: {dr.count(off)[0]} surface pixels are not"
+            f" (a length of {_example(length, off):.4g}); normalise them first"
+        )
