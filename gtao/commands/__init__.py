@@ -1,0 +1,10 @@
+"""The subcommands of ``gtao``: thin wrappers that turn options into calls of :mod:`gtao.workflows` and friends."""
+
+from .files import export, occlusion, render
+from .inspection import doctor, methods, scenes
+from .studies import compare, refit
+
+__all__ = ["COMMANDS"]
+
+#: In the order of the help.
+COMMANDS = (doctor, render, occlusion, refit, compare, export, scenes, methods)
