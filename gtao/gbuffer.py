@@ -69,12 +69,9 @@ class GBuffer:
         self._affine_field: Any = None
         self._pyramid: tuple[Any, Any] = (None, None)
         self._position_v: Any = None
-        # Kept, but not while gradients flow: a backward pass consumes the graph behind it.
-        self._normal_v = None if self._normals_attached() else self._normals()
+        self._normal_v: Any = None
         if validate:
             self._validate()
-        if self._normal_v is not None:
-            self._given = None
 
     @classmethod
     def from_exr(cls, path: Any, camera: Any = None, **options: Any) -> "GBuffer":
@@ -123,7 +120,13 @@ class GBuffer:
     @property
     def normal_v(self):
         """(H, W, 3) unit normals in the view frame; (0, 0, 1) on the background."""
-        return self._normals() if self._normal_v is None else self._normal_v
+        if self._normal_v is not None:
+            return self._normal_v
+        result = self._normals()
+        # Kept, but not while gradients flow: a backward pass consumes the graph behind it.
+        if not dr.grad_enabled(result):
+            self._normal_v, self._given = result, None
+        return result
 
     @property
     def position_v(self):
@@ -174,9 +177,10 @@ class GBuffer:
         return dr.unravel(self.types.Array3, self.normal_v.array)
 
     def normals_to_be_normalised(self):
-        """The normals as they came and :func:`gtao.kernels.normals.unit`'s tolerance while they carry gradients.
+        """The normals as they came and :func:`gtao.kernels.normals.unit`'s tolerance, None once that has been done.
 
-        An estimate then normalises them in its own kernel, and its adjoint does too; else None.
+        Where they carry gradients, or nobody looked at them yet, an estimate normalises them in its own kernel, and its
+        adjoint does too.
         """
         return None if self._given is None else (self._given, self._tolerance)
 
@@ -221,11 +225,11 @@ class GBuffer:
         def channels(flat):
             return None if flat is None else dr.detach(dr.unravel(dr.replace_shape_t(type(flat), (3, -1)), flat))
 
-        z, front = dr.detach(self.view_z.array), None
+        z, given, front = dr.detach(self.view_z.array), self._given, None
         if self.layers is not None:
             front = dr.gather(type(z), dr.detach(self.layers.front.array), dr.arange(self.types.UInt, dr.width(z)))
         albedo = None if self.albedo is None else self.albedo.array
-        check(z, channels(self._given), channels(albedo), front, self._normal_v)
+        check(z, channels(given), channels(albedo), front, None if self._normals_attached() else self.normal_v)
 
     def __repr__(self) -> str:
         height, width = self.shape
