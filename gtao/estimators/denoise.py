@@ -1,7 +1,6 @@
 """Image-level driver of the spatial filters."""
 
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import drjit as dr
@@ -12,7 +11,7 @@ from gtao.gbuffer import GBuffer
 from gtao.kernels import filters
 from gtao.results import AmbientOcclusion
 
-from .marching import opaque
+from .stages import staged
 
 __all__ = ["denoise"]
 
@@ -22,6 +21,8 @@ RIDGE = 3.0
 EARLIER_PASSES = 5
 
 Channels = tuple[Any, ...]
+#: From images of the channels, images of what guides the filter and numbers to the averaged channels.
+Average = Callable[[Any, Any, Any], Channels]
 
 
 def denoise(ao: AmbientOcclusion, g: GBuffer, spatial: Any) -> AmbientOcclusion:
@@ -64,20 +65,25 @@ def denoise(ao: AmbientOcclusion, g: GBuffer, spatial: Any) -> AmbientOcclusion:
     return AmbientOcclusion(visibility=T.Tensor(visibility, g.shape), bent_normal=bent_normal, config=ao.config)
 
 
-def _one_pass(average: Callable[[Channels], Channels], channels: Channels, g: GBuffer) -> Channels:
+def _one_pass(average: Average, channels: Channels, guides: Channels, numbers: Channels, g: GBuffer) -> Channels:
     """What ``average`` makes of the channels: visibility 1 on the background, bent normals of unit length."""
+    surface, n = g.mask.array, len(channels)
+
+    def stage(images, numbers):
+        visibility, *bent = average(images[:n], images[n:], numbers)
+        result = (dr.select(surface, visibility, 1),)
+        if bent:
+            length2 = sum(c * c for c in bent)
+            # Where directions cancel, the one from before stays.
+            ok = surface & (length2 > 0)
+            scale = dr.rsqrt(dr.select(ok, length2, 1))
+            before = (image.own for image in images[1:n])
+            result += tuple(dr.select(ok, c * scale, old) for c, old in zip(bent, before, strict=True))
+        return result
+
     # One kernel per pass, which reads what the one before wrote.
     dr.eval(channels)
-    surface = g.mask.array
-    visibility, *bent = average(channels)
-    result = (dr.select(surface, visibility, 1),)
-    if bent:
-        length2 = sum(c * c for c in bent)
-        # Where directions cancel, the one from before stays.
-        ok = surface & (length2 > 0)
-        scale = dr.rsqrt(dr.select(ok, length2, 1))
-        result += tuple(dr.select(ok, c * scale, old) for c, old in zip(bent, channels[1:], strict=True))
-    return result
+    return staged(stage, channels + guides, numbers)
 
 
 def _grid(g: GBuffer) -> filters.Grid:
@@ -86,39 +92,55 @@ def _grid(g: GBuffer) -> filters.Grid:
 
 
 def _edge_aware(channels: Channels, g: GBuffer, f: EdgeAwareFilter) -> Channels:
+    if f.quantised_edges and dr.grad_enabled(g.view_z, f.edge_threshold):
+        raise ConfigError(
+            "links of depth that are rounded to four levels have no derivative; choose quantised_edges=False, or filter"
+            " with depth and edge_threshold detached (dr.detach)"
+        )
     grid = _grid(g)
-    links = filters.depth_edges(g.view_z.array, opaque(g, f.edge_threshold), f.quantised_edges, grid)
+    links = staged(
+        lambda images, numbers: filters.depth_edges(*images, *numbers, f.quantised_edges, grid),
+        (g.view_z.array,),
+        (f.edge_threshold,),
+    )
+
+    def average(images, links, numbers):
+        beta, *options = numbers
+        return filters.weighted_mean(beta, filters.edge_taps(links, *options, grid), grid, images)
+
     dr.eval(links)
-    options = [opaque(g, value) for value in (f.diagonal_weight, f.leak_threshold, f.leak_strength)]
+    options = f.diagonal_weight, f.leak_threshold, f.leak_strength
     for k in range(f.passes):
-        beta = opaque(g, f.beta if k == f.passes - 1 else f.beta / EARLIER_PASSES)
-        taps = filters.edge_taps(links, *options, grid)
-        channels = _one_pass(partial(filters.weighted_mean, beta, taps, grid), channels, g)
+        beta = f.beta if k == f.passes - 1 else f.beta / EARLIER_PASSES
+        channels = _one_pass(average, channels, links, (beta, *options), g)
     return channels
 
 
 def _bilateral(channels: Channels, g: GBuffer, f: SpatialFilter) -> Channels:
     grid, one = _grid(g), g.types.Float(1)
     order = ("none", "first", "second").index(f.derivatives)
-    taps = filters.bilateral_taps(g.view_z.array, opaque(g, f.threshold), order, grid)
-    return _one_pass(partial(filters.weighted_mean, one, taps, grid), channels, g)
+
+    def average(images, depth, numbers):
+        return filters.weighted_mean(one, filters.bilateral_taps(*depth, *numbers, order, grid), grid, images)
+
+    return _one_pass(average, channels, (g.view_z.array,), (f.threshold,), g)
 
 
 def _plane_aware(channels: Channels, g: GBuffer, f: PlaneAwareFilter) -> Channels:
     grid, camera, one = _grid(g), g.camera, g.types.Float(1)
-    values = {
-        "ax": 1 / camera.fx,
-        "bx": (0.5 - camera.cx) / camera.fx,
-        "ay": -1 / camera.fy,
-        "by": (camera.cy - 0.5) / camera.fy,
-        "pixel": 1 / min(camera.fx, camera.fy),
-    }
-    view = filters.View(**{k: opaque(g, v) for k, v in values.items()}, orthographic=camera.is_orthographic)
-    normal = tuple(g.normal_arrays())
-    taps = filters.plane_taps(g.view_z.array, normal, f.size, opaque(g, f.tolerance), view, grid)
-    if f.fit == "constant":
-        return _one_pass(partial(filters.weighted_mean, one, taps, grid), channels, g)
-    return _one_pass(partial(filters.local_plane, one, taps, grid, ridge=opaque(g, RIDGE)), channels, g)
+
+    def average(images, guides, numbers):
+        depth, *normal = guides
+        tolerance, *view = numbers
+        view = filters.View(*view, orthographic=camera.is_orthographic)
+        taps = filters.plane_taps(depth, normal, f.size, tolerance, view, grid)
+        if f.fit == "constant":
+            return filters.weighted_mean(one, taps, grid, images)
+        return filters.local_plane(one, taps, grid, images, ridge=RIDGE)
+
+    fx, fy = camera.fx, camera.fy
+    view = (1 / fx, (0.5 - camera.cx) / fx, -1 / fy, (camera.cy - 0.5) / fy, 1 / min(fx, fy))
+    return _one_pass(average, channels, (g.view_z.array, *g.normal_arrays()), (f.tolerance, *view), g)
 
 
 # What filters (visibility, *bent normal) for each class of filter.

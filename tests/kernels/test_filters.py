@@ -39,6 +39,15 @@ def lanes(precision, image):
     return precision.Float(np.ascontiguousarray(image).ravel())
 
 
+def both(flat):
+    """The same values as a pixel's own and as its neighbours read them."""
+    return filters.Image(flat, flat)
+
+
+def image(precision, values):
+    return both(lanes(precision, values))
+
+
 def grid_of(precision, field):
     height, width = field.view_z.shape
     return filters.Grid.of(width, height, precision.types)
@@ -56,7 +65,7 @@ def surface_of(field):
 def test_links_between_neighbours(precision, quantised):
     field = rough()
     want = oracle.edge_links(field.view_z, 0.011, quantised)
-    links = filters.depth_edges(lanes(precision, field.view_z), 0.011, quantised, grid_of(precision, field))
+    links = filters.depth_edges(image(precision, field.view_z), 0.011, quantised, grid_of(precision, field))
     got = np.stack([np.array(link) for link in links], axis=-1).reshape(want.shape)
     surface = np.isfinite(field.view_z)
     assert ((got == -1) == np.isnan(want))[surface].all()
@@ -73,9 +82,9 @@ def test_links_between_neighbours(precision, quantised):
 def test_edge_aware_pass(precision, quantised, beta):
     field = rough()
     grid, values = grid_of(precision, field), values_of(field)
-    links = filters.depth_edges(lanes(precision, field.view_z), 0.011, quantised, grid)
-    taps = filters.edge_taps(links, 0.425, 2.5, 0.5, grid)
-    (got,) = filters.weighted_mean(precision.Float(beta), taps, grid, (lanes(precision, values),))
+    links = filters.depth_edges(image(precision, field.view_z), 0.011, quantised, grid)
+    taps = filters.edge_taps(tuple(map(both, links)), 0.425, 2.5, 0.5, grid)
+    (got,) = filters.weighted_mean(precision.Float(beta), taps, grid, (image(precision, values),))
     weights = oracle.edge_weights(field.view_z, oracle.edge_links(field.view_z, 0.011, quantised), beta)
     want = oracle.average(weights, values)
     assert np.abs(np.array(got) - want)[surface_of(field)].max() < TOLERANCES[precision.name]
@@ -85,8 +94,8 @@ def test_edge_aware_pass(precision, quantised, beta):
 def test_bilateral_pass(precision, order):
     field = rough()
     grid, values = grid_of(precision, field), values_of(field)
-    taps = filters.bilateral_taps(lanes(precision, field.view_z), 0.1, order, grid)
-    (got,) = filters.weighted_mean(precision.Float(1), taps, grid, (lanes(precision, values),))
+    taps = filters.bilateral_taps(image(precision, field.view_z), 0.1, order, grid)
+    (got,) = filters.weighted_mean(precision.Float(1), taps, grid, (image(precision, values),))
     want = oracle.average(oracle.bilateral_weights(field.view_z, 0.1, order), values)
     assert np.abs(np.array(got) - want)[surface_of(field)].max() < TOLERANCES[precision.name]
 
@@ -105,7 +114,7 @@ def test_bilateral_weights_are_full_where_depth_is_a_polynomial_of_that_order(pr
     y, x = np.mgrid[:9, :9]
     z = 5 + 0.3 * x - 0.2 * y + (0.05 * x * x - 0.04 * y * y) * (order == 2)
     grid = filters.Grid.of(9, 9, precision.types)
-    taps = filters.bilateral_taps(lanes(precision, z), 0.1, order, grid)
+    taps = filters.bilateral_taps(image(precision, z), 0.1, order, grid)
     for tap in taps:
         inside = (x + tap.dx >= 0) & (x + tap.dx < 9) & (y + tap.dy >= 0) & (y + tap.dy < 9)
         weight = np.array(tap.weight).reshape(9, 9)
@@ -124,8 +133,8 @@ def plane_taps(precision, field, size, tolerance=0.5, view_z=None):
         pixel=1 / min(fx, fy),
         orthographic=field.orthographic,
     )
-    normal = tuple(lanes(precision, field.normal_v[..., k]) for k in range(3))
-    z = lanes(precision, field.view_z) if view_z is None else view_z
+    normal = tuple(image(precision, field.normal_v[..., k]) for k in range(3))
+    z = image(precision, field.view_z) if view_z is None else view_z
     return filters.plane_taps(z, normal, size, tolerance, view, grid_of(precision, field))
 
 
@@ -135,7 +144,7 @@ def test_plane_aware_pass(precision, size, orthographic):
     field = rough(orthographic)
     grid, values = grid_of(precision, field), values_of(field)
     taps = plane_taps(precision, field, size)
-    one, channels = precision.Float(1), (lanes(precision, values),)
+    one, channels = precision.Float(1), (image(precision, values),)
     weights = oracle.plane_weights(field, size)
     height, width = field.view_z.shape
     coordinates = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1).reshape(-1, 2)
@@ -169,9 +178,9 @@ def test_pixels_of_a_surface_give_each_other_the_same_plane_weight(precision):
 def test_links_of_xegtao_are_symmetric_but_for_the_leak(precision):
     field = rough()
     grid = grid_of(precision, field)
-    links = filters.depth_edges(lanes(precision, field.view_z), 0.011, False, grid)
+    links = filters.depth_edges(image(precision, field.view_z), 0.011, False, grid)
     for leak, symmetric in ((0.0, True), (0.5, False)):
-        taps = filters.edge_taps(links, 0.425, 2.5, leak, grid)[:4]
+        taps = filters.edge_taps(tuple(map(both, links)), 0.425, 2.5, leak, grid)[:4]
         weights = matrix(taps, grid)
         np.fill_diagonal(weights, 0)  # beyond the frame lies the pixel itself
         assert (np.abs(weights - weights.T).max() < 1e-6) == symmetric
@@ -185,13 +194,13 @@ def test_the_linear_fit_reproduces_linear_images_for_a_small_ridge(precision, si
     y, x = np.mgrid[:height, :width]
     values = (0.2 + 0.03 * x - 0.05 * y).ravel()
     taps = plane_taps(precision, field, size)
-    (got,) = filters.local_plane(precision.Float(1), taps, grid, (lanes(precision, values),), ridge=1e-4)
+    (got,) = filters.local_plane(precision.Float(1), taps, grid, (image(precision, values),), ridge=1e-4)
     weights = matrix(taps, grid)
     # Pixels with a well-conditioned neighbourhood; the ridge of 1e-4 takes 1e-4 of the slopes.
     supported = surface_of(field) & ((weights > 0.1).sum(axis=1) >= 5)
     assert supported.sum() > 30
     assert np.abs(np.array(got) - values)[supported].max() < 2e-3
-    (mean,) = filters.weighted_mean(precision.Float(1), taps, grid, (lanes(precision, values),))
+    (mean,) = filters.weighted_mean(precision.Float(1), taps, grid, (image(precision, values),))
     assert np.abs(np.array(mean) - values)[supported].max() > 1e-2
 
 
@@ -212,17 +221,17 @@ def test_weights_have_derivatives(name):
     Float = dr.float64_array_t(backend.default_float())
     precision = SimpleNamespace(Float=Float, types=backend.types_of(Float))
     field = rough()
-    grid, values = grid_of(precision, field), (lanes(precision, values_of(field)),)
+    grid, values = grid_of(precision, field), (image(precision, values_of(field)),)
     direction = np.random.default_rng(8).standard_normal(field.view_z.size)
 
     def filtered(z):
         if name == "edges":
-            links = filters.depth_edges(z, 0.05, False, grid)
-            taps = filters.edge_taps(links, 0.425, 2.5, 0.5, grid)
+            links = filters.depth_edges(both(z), 0.05, False, grid)
+            taps = filters.edge_taps(tuple(map(both, links)), 0.425, 2.5, 0.5, grid)
         elif name == "bilateral":
-            taps = filters.bilateral_taps(z, 0.1, 2, grid)
+            taps = filters.bilateral_taps(both(z), 0.1, 2, grid)
         else:
-            taps = plane_taps(precision, field, 4, view_z=z)
+            taps = plane_taps(precision, field, 4, view_z=both(z))
         return filters.weighted_mean(Float(1), taps, grid, values)[0]
 
     flat, h = field.view_z.ravel(), 1e-7

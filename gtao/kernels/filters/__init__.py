@@ -6,12 +6,13 @@ them. Background pixels are never read: their taps have weight 0.
 
 from .bilateral import bilateral_taps
 from .edges import depth_edges, edge_taps
-from .grid import Grid, Tap
+from .grid import Grid, Image, Tap
 from .planes import View, plane_taps
 from .smoothing import local_plane, weighted_mean
 
 __all__ = [
     "Grid",
+    "Image",
     "Tap",
     "View",
     "bilateral_taps",

@@ -20,12 +20,11 @@ def bilateral_taps(view_z, threshold, derivatives, grid):
     """Taps of the 4×4 filter; theory, the bilateral filter.
 
     Args:
-        view_z: flat depth, inf on the background.
+        view_z: :class:`Image` of flat depth, inf on the background.
         threshold: difference to the predicted depth, as a share of the pixel's depth, from which a tap counts nothing.
         derivatives: how many derivatives of depth the prediction uses, 0 to 2.
     """
-    surface = dr.isfinite(view_z)
-    centre = dr.select(surface, view_z, 1)
+    centre = dr.select(dr.isfinite(view_z.own), view_z.own, 1)
     scale = 1 / (threshold * centre)
     along_x = _derivatives(view_z, centre, (1, 0), derivatives, grid)
     along_y = _derivatives(view_z, centre, (0, 1), derivatives, grid)

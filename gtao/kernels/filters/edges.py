@@ -24,7 +24,7 @@ def depth_edges(view_z, threshold, quantised, grid):
     """How open the link of every pixel to its left, right, top and bottom neighbour is; theory, the edge-aware filter.
 
     Args:
-        view_z: flat depth, inf on the background.
+        view_z: :class:`Image` of flat depth, inf on the background.
         threshold: step of depth, as a share of the pixel's depth, that counts as an edge.
         quantised: round to four levels, as stored in two bits.
 
@@ -32,7 +32,7 @@ def depth_edges(view_z, threshold, quantised, grid):
         Four flat arrays in [0, 1], 1 = open; -1 where the neighbour is background. Beyond the frame lies the pixel
         itself.
     """
-    centre = dr.select(dr.isfinite(view_z), view_z, 1)
+    centre = dr.select(dr.isfinite(view_z.own), view_z.own, 1)
     steps, background = [], []
     for side in SIDES:
         z = grid.gather(view_z, grid.clamped(*side))
@@ -57,7 +57,7 @@ def edge_taps(links, diagonal, leak_threshold, leak_strength, grid):
     """Taps of one pass: four neighbours by their links from both ends, four diagonals by the two ways that lead there.
 
     Args:
-        links: what :func:`depth_edges` returned.
+        links: an :class:`Image` of each of what :func:`depth_edges` returned.
         diagonal: weight of a diagonal per way.
         leak_threshold: number of closed links from which isolated pixels are let in some of their neighbours.
         leak_strength: what is added to every link when all four are closed; never to those to the background.
@@ -71,10 +71,10 @@ def edge_taps(links, diagonal, leak_threshold, leak_strength, grid):
         value = grid.gather(links[link], index[side])
         return dr.select(value > 0, value, 0)
 
-    both = [dr.select(links[s] > 0, links[s], 0) * seen_from(s, opposite[s]) for s in range(4)]
+    both = [dr.select(links[s].own > 0, links[s].own, 0) * seen_from(s, opposite[s]) for s in range(4)]
     closed = 4 - (both[0] + both[1] + both[2] + both[3])
     leak = _saturate(closed - leak_threshold) * (leak_strength / (4 - leak_threshold))
-    both = [dr.select(links[s] < 0, 0, _saturate(both[s] + leak)) for s in range(4)]
+    both = [dr.select(links[s].own < 0, 0, _saturate(both[s] + leak)) for s in range(4)]
     taps = [Tap(index[s], *SIDES[s], both[s]) for s in range(4)]
     for a, b in ((left, top), (top, right), (bottom, left), (right, bottom)):
         dx, dy = SIDES[a][0] + SIDES[b][0], SIDES[a][1] + SIDES[b][1]

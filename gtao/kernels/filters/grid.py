@@ -5,7 +5,19 @@ from typing import Any
 
 import drjit as dr
 
-__all__ = ["Grid", "Tap"]
+__all__ = ["Grid", "Image", "Tap"]
+
+
+@dataclass(frozen=True)
+class Image:
+    """Values of every pixel: as its own, and as its neighbours read them.
+
+    The two hold the same values. Where gradients flow they are two variables: reverse mode adds to the gradient of the
+    one and scatters into that of the other, and every change between the two would launch a kernel.
+    """
+
+    own: Any
+    around: Any
 
 
 @dataclass(frozen=True)
@@ -47,5 +59,6 @@ class Grid:
         there = (i >= 0) & (i < self.width) & (j >= 0) & (j < self.height)
         return self.types.UInt(dr.select(there, j * self.width + i, 0)), there
 
-    def gather(self, buffer, index):
-        return dr.gather(self.types.Float, buffer, index)
+    def gather(self, image: Image, index):
+        """Values of the neighbours ``index``."""
+        return dr.gather(self.types.Float, image.around, index)

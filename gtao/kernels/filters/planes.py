@@ -43,8 +43,8 @@ def plane_taps(view_z, normal, size, tolerance, view: View, grid):
     """Taps by distance from the tangent planes; theory, the plane-aware filter.
 
     Args:
-        view_z: flat depth, inf on the background.
-        normal: three flat arrays, unit normals in the view frame.
+        view_z: :class:`Image` of flat depth, inf on the background.
+        normal: three of them, the components of unit normals in the view frame.
         size: of the footprint, in texels.
         tolerance: distance from a plane, in pixel widths at that depth, from which a tap counts nothing.
 
@@ -53,8 +53,7 @@ def plane_taps(view_z, normal, size, tolerance, view: View, grid):
     """
     Float = grid.types.Float
     x, y = Float(grid.x), Float(grid.y)
-    surface = dr.isfinite(view_z)
-    centre = dr.select(surface, view_z, 1)
+    centre = dr.select(dr.isfinite(view_z.own), view_z.own, 1)
     P = view.position(x, y, centre)
     scale = 1 / (tolerance * view.pixel)
     taps = []
@@ -68,7 +67,7 @@ def plane_taps(view_z, normal, size, tolerance, view: View, grid):
             z = dr.select(there, z, centre)
             D = tuple(a - b for a, b in zip(view.position(x + dx, y + dy, z), P, strict=True))
             N = tuple(grid.gather(n, index) for n in normal)
-            off, back = abs(_dot(normal, D)), abs(_dot(N, D))
+            off, back = abs(_dot(tuple(n.own for n in normal), D)), abs(_dot(N, D))
             far = dr.select(off > back, off, back)
             # The mean depth of the two, so that both give each other the same weight.
             width = scale if view.orthographic else scale / (0.5 * (z + centre))

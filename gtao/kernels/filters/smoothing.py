@@ -6,8 +6,12 @@ __all__ = ["local_plane", "weighted_mean"]
 
 
 def weighted_mean(centre_weight, taps, grid, channels):
-    """Σ w v / Σ w over the pixel itself (weight ``centre_weight``, positive) and its taps, for each channel."""
-    total, sums = centre_weight, [centre_weight * v for v in channels]
+    """Σ w v / Σ w over the pixel itself (weight ``centre_weight``, positive) and its taps, for each channel.
+
+    Args:
+        channels: an :class:`Image` each.
+    """
+    total, sums = centre_weight, [centre_weight * v.own for v in channels]
     for tap in taps:
         total = total + tap.weight
         sums = [dr.fma(tap.weight, grid.gather(v, tap.index), s) for v, s in zip(channels, sums, strict=True)]
@@ -18,11 +22,12 @@ def local_plane(centre_weight, taps, grid, channels, *, ridge):
     """Value at the pixel of the plane v = a + b dx + c dy that fits its taps best; theory, the linear fit.
 
     Args:
+        channels: an :class:`Image` each.
         ridge: added to the second moments of both slopes, positive: little support means little slope.
     """
     zero = grid.types.Float(0)
     w, wx, wy, wxx, wxy, wyy = centre_weight, zero, zero, zero, zero, zero
-    moments = [(centre_weight * v, zero, zero) for v in channels]
+    moments = [(centre_weight * v.own, zero, zero) for v in channels]
     for tap in taps:
         k, x, y = tap.weight, tap.dx, tap.dy
         w, wx, wy = w + k, dr.fma(k, x, wx), dr.fma(k, y, wy)
