@@ -2,7 +2,9 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
+from gtao.config import plain
 from gtao.errors import ConfigError
 
 __all__ = ["FORM_PARAMETERS", "JIMENEZ2016", "REFIT_2026_11", "SPHERE", "MultibounceFit"]
@@ -18,13 +20,18 @@ FORM_PARAMETERS: dict[str, tuple[str, ...]] = {
 }
 
 
+def _is_number(value: Any) -> bool:
+    return not hasattr(value, "__len__") or len(value) == 1
+
+
 @dataclass(frozen=True, kw_only=True)
 class MultibounceFit:
     """A function that maps visibility and albedo to multi-bounce visibility.
 
     Attributes:
         form: key of :data:`FORM_PARAMETERS`.
-        coefficients: one number per name in :attr:`names`.
+        coefficients: one number per name in :attr:`names`: a float, or a Dr.Jit float of width 1, which may carry a
+            gradient.
         bounces: surface bounces that the fit stands for, counting the visible point; ``math.inf`` for all.
         source: publication or record that the numbers come from.
         standard_errors: one per coefficient, or None where the source gives none.
@@ -33,7 +40,7 @@ class MultibounceFit:
     """
 
     form: str
-    coefficients: tuple[float, ...]
+    coefficients: tuple[Any, ...]
     bounces: float
     source: str
     standard_errors: tuple[float, ...] | None = None
@@ -48,8 +55,10 @@ class MultibounceFit:
             values = getattr(self, name)
             if values is not None and len(values) != n:
                 raise ConfigError(f"form {self.form!r} has {n} {name}, got {len(values)}")
-        if not all(math.isfinite(c) for c in self.coefficients):
-            raise ConfigError(f"coefficients must be finite, got {self.coefficients}")
+        if not all(_is_number(c) and math.isfinite(plain(c)) for c in self.coefficients):
+            raise ConfigError(
+                f"coefficients must be finite numbers or Dr.Jit floats of width 1, got {self.coefficients}"
+            )
         if not self.bounces >= 1:
             raise ConfigError(f"bounces must be at least 1, got {self.bounces}")
         if self.intervals is not None and (self.level is None or not 0 < self.level < 1):
@@ -60,9 +69,14 @@ class MultibounceFit:
         """Names of the coefficients."""
         return FORM_PARAMETERS[self.form]
 
+    @property
+    def numbers(self) -> tuple[float, ...]:
+        """The coefficients as Python numbers."""
+        return tuple(map(plain, self.coefficients))
+
     def _repr_html_(self) -> str:
         rows = []
-        for i, (name, value) in enumerate(zip(self.names, self.coefficients, strict=True)):
+        for i, (name, value) in enumerate(zip(self.names, self.numbers, strict=True)):
             error = f"{self.standard_errors[i]:.2g}" if self.standard_errors else ""
             low_high = "[{:.4f}, {:.4f}]".format(*self.intervals[i]) if self.intervals else ""
             rows.append(f"<tr><td>{name}</td><td>{value:.5f}</td><td>{error}</td><td>{low_high}</td></tr>")

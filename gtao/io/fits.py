@@ -21,7 +21,7 @@ def fit_to_dict(fit: MultibounceFit) -> dict[str, Any]:
     rows = {}
     for i, name in enumerate(fit.names):
         rows[name] = {
-            "value": fit.coefficients[i],
+            "value": fit.numbers[i],
             "standard_error": None if fit.standard_errors is None else fit.standard_errors[i],
             "interval": None if fit.intervals is None else list(fit.intervals[i]),
         }

@@ -185,7 +185,7 @@ def _comment(fit: MultibounceFit, formula: str, bounded: bool) -> list[str]:
     if bounded:
         lines.append("Kept between V and the energy bound V + p (1 - V).")
     lines.append(f"For {bounces}, counting the visible point. Source: {' '.join(fit.source.split())}")
-    for i, (name, value) in enumerate(zip(fit.names, fit.coefficients, strict=True)):
+    for i, (name, value) in enumerate(zip(fit.names, fit.numbers, strict=True)):
         line = f"  {name} = {value:.9g}"
         if fit.standard_errors is not None:
             line += f", standard error {fit.standard_errors[i]:.2g}"
@@ -218,7 +218,7 @@ def shader_code(fit: MultibounceFit, language: str = "hlsl") -> str:
         raise ConfigError(f"language must be one of {', '.join(LANGUAGES)}, got {language!r}")
     L = LANGUAGES[language]
     formula, write = _FORMS[fit.form]
-    body = write(L, fit.coefficients)
+    body = write(L, fit.numbers)
     lines = _comment(fit, formula, bounded=any("bound" in line for line in body))
     if language == "c":
         lines += ["", "#include <math.h>", ""]

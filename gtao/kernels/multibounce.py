@@ -16,7 +16,7 @@ def linear_cubic(coefficients, V, rho):
     b = dr.fma(rho, b1, b0)
     c = dr.fma(rho, c1, c0)
     f = dr.fma(dr.fma(a, V, b), V, c) * V
-    return dr.select(f > V, f, V)
+    return dr.select(f >= V, f, V)
 
 
 def four_parameter(coefficients, V, rho):
