@@ -13,12 +13,14 @@ from gtao.config import (
     NoCut,
     SampleCut,
     VisibilityBitmask,
+    plain,
 )
 from gtao.errors import ConfigError
 from gtao.gbuffer import GBuffer
 from gtao.kernels import noise
 from gtao.kernels.accumulators import Sectors
 
+from .attached import attached_numbers
 from .marching import march_frame, opaque
 
 __all__ = ["bitmask_visibility"]
@@ -39,8 +41,15 @@ def bitmask_visibility(g: GBuffer, method: VisibilityBitmask, frame_index: int):
         ConfigError: gradients are asked for, which counting has none, or the measured thickness of a frame without
             layers.
     """
-    if dr.grad_enabled(g.view_z) or dr.grad_enabled(g.normal_v):
-        raise ConfigError("a bitmask counts sectors and has no gradient; use gtao.GTAO, or detach the frame")
+    if (
+        dr.grad_enabled(g.view_z)
+        or dr.grad_enabled(g.normal_v)
+        or attached_numbers(method) + attached_numbers(g.camera)
+    ):
+        raise ConfigError(
+            "a bitmask counts sectors and has no gradient; use gtao.GTAO, or detach the frame, the camera and the"
+            " options"
+        )
     radius = min(method.search_radius, getattr(method.falloff, "end", math.inf))
     thickness, camera = method.thickness, g.camera
     amount = next((getattr(thickness, n) for n in ("thickness", "slope", "continuing") if hasattr(thickness, n)), 0.0)
@@ -68,10 +77,10 @@ def bitmask_visibility(g: GBuffer, method: VisibilityBitmask, frame_index: int):
     return march_frame(g, method, accumulator, radius, frame_index)
 
 
-def _cut(method: VisibilityBitmask, radius: float) -> str:
+def _cut(method: VisibilityBitmask, radius: Any) -> str:
     if isinstance(method.falloff, SampleCut):
         return "sample"
-    return "none" if isinstance(method.falloff, NoCut) or math.isinf(radius) else "sphere"
+    return "none" if isinstance(method.falloff, NoCut) or math.isinf(plain(radius)) else "sphere"
 
 
 def _layers(g: GBuffer) -> tuple[tuple[Any, Any], ...]:

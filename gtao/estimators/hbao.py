@@ -2,7 +2,7 @@
 
 import math
 
-from gtao.config import HBAO
+from gtao.config import HBAO, plain
 from gtao.gbuffer import GBuffer
 from gtao.kernels.accumulators import TangentToHorizon
 
@@ -14,7 +14,7 @@ __all__ = ["hbao_visibility"]
 def hbao_visibility(g: GBuffer, method: HBAO, frame_index: int):
     """Flat visibility of :class:`gtao.HBAO`."""
     radius = method.search_radius
-    limited = not math.isinf(radius)
+    limited = not math.isinf(plain(radius))
     accumulator = TangentToHorizon(
         attenuation=method.attenuation,
         limited=limited,

@@ -5,11 +5,14 @@ from typing import Any
 
 import drjit as dr
 
-from gtao.config import HeightfieldHorizon, HeightfieldRayMarch
+from gtao.config import HeightfieldHorizon, HeightfieldRayMarch, plain
 from gtao.errors import ConfigError
 from gtao.gbuffer import GBuffer
 from gtao.kernels import dense_horizon, direction_nodes, noise, ray_march
 from gtao.kernels.depth_cells import DepthCells, View
+
+from .attached import attached_numbers
+from .marching import opaque
 
 __all__ = ["horizon_truth", "march_truth"]
 
@@ -25,7 +28,7 @@ def march_truth(g: GBuffer, method: HeightfieldRayMarch, frame_index: int):
         rays_per_direction=method.rays_per_direction,
         n_steps=method.n_steps,
         weighting=method.weighting,
-        unlimited=math.isinf(method.radius),
+        unlimited=math.isinf(plain(method.radius)),
     )
     visibility, variance = ray_march.visibility(*_arguments(g, method, switches, frame_index))
     # Read one after the other, each would march all rays.
@@ -44,17 +47,18 @@ def horizon_truth(g: GBuffer, method: HeightfieldHorizon, frame_index: int):
         n_words=method.n_nodes // (2 * direction_nodes.PER_WORD),
         longest_px=math.sqrt(2) / method.steps_per_pixel,
         weighting=method.weighting,
-        unlimited=math.isinf(method.radius),
+        unlimited=math.isinf(plain(method.radius)),
     )
     return dense_horizon.visibility(*_arguments(g, method, switches, frame_index))
 
 
 def _arguments(g: GBuffer, method: Any, switches: Any, frame_index: int):
     """What both kernels take."""
-    if dr.grad_enabled(g.view_z) or dr.grad_enabled(g.normal_v):
+    attached = attached_numbers(method) + attached_numbers(g.camera)
+    if attached or dr.grad_enabled(g.view_z) or dr.grad_enabled(g.normal_v):
         raise ConfigError(
             f"{type(method).__name__} has no gradients: a direction is open or blocked and nothing in between;"
-            " differentiate gtao.GTAO, or detach the depth and the normals"
+            " differentiate gtao.GTAO, or detach the depth, the normals, the camera and the options"
         )
     camera, T = g.camera, g.types
     height, width = g.shape
@@ -70,9 +74,7 @@ def _arguments(g: GBuffer, method: Any, switches: Any, frame_index: int):
         "fy": camera.fy,
         "radius": method.radius,
     }
-    # Literals would be baked into the kernel, and every new value would compile it again.
-    opaque = {name: dr.opaque(T.Float, float(value)) for name, value in values.items()}
     _, _, key = noise.frame_terms("white", frame_index, method.seed)
-    view = View(**opaque, key=dr.opaque(T.UInt, key))
+    view = View(**{name: opaque(g, value) for name, value in values.items()}, key=dr.opaque(T.UInt, key))
     n = g.normal_arrays()
     return g.view_z.array, cells, (n.x, n.y, n.z), switches, view, T

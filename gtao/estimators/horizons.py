@@ -5,11 +5,21 @@ from typing import Any
 
 import drjit as dr
 
-from gtao.config import GTAO, DepthCut, IndexFalloff, LinearFalloff, QuadraticFalloff, RunningThickness, SampleCut
+from gtao.config import (
+    GTAO,
+    DepthCut,
+    IndexFalloff,
+    LinearFalloff,
+    QuadraticFalloff,
+    RunningThickness,
+    SampleCut,
+    plain,
+)
 from gtao.gbuffer import GBuffer
 from gtao.kernels.accumulators import Horizon, SphereCut
 from gtao.kernels.shaping import small_radius_fade
 
+from .attached import is_attached
 from .marching import march_frame, opaque
 
 __all__ = ["horizon_visibility"]
@@ -18,10 +28,15 @@ __all__ = ["horizon_visibility"]
 def horizon_visibility(g: GBuffer, method: GTAO, frame_index: int):
     """Flat visibility of :class:`gtao.GTAO`, before power and floor."""
     radius = min(method.search_radius, getattr(method.falloff, "end", math.inf))
-    exact = method.falloff is None and not math.isinf(radius)
+    exact = method.falloff is None and not math.isinf(plain(radius))
     accumulator = _sphere_cut(g, method, radius) if exact else _horizon(g, method)
     flat = march_frame(g, method, accumulator, radius, frame_index)
     return _faded(g, method, flat) if method.small_radius_fade else flat
+
+
+def _on(share: Any) -> bool:
+    """Whether a heuristic is on: also at zero, if its derivative is asked for."""
+    return is_attached(share) or plain(share) > 0
 
 
 def _faded(g: GBuffer, method: GTAO, flat):
@@ -31,11 +46,11 @@ def _faded(g: GBuffer, method: GTAO, flat):
     return dr.select(g.mask.array, flat + small_radius_fade(radius_px, method.n_slices), flat)
 
 
-def _sphere_cut(g: GBuffer, method: GTAO, radius: float) -> SphereCut:
+def _sphere_cut(g: GBuffer, method: GTAO, radius: Any) -> SphereCut:
     return SphereCut(
         weighting=method.weighting,
         orthographic=g.camera.is_orthographic,
-        blended=method.length_blend > 0,
+        blended=_on(method.length_blend),
         arccosine=method.arccosine,
         radius=opaque(g, radius),
         ax=opaque(g, 1 / g.camera.fx),
@@ -75,8 +90,8 @@ def _horizon(g: GBuffer, method: GTAO) -> Horizon:
         toward=toward,
         from_tangent=method.horizon_start == "tangent" or not moved,
         thickness=models.get(type(thickness), "none"),
-        stretched=method.thin_occluder_compensation > 0,
-        blended=method.length_blend > 0,
+        stretched=_on(method.thin_occluder_compensation),
+        blended=_on(method.length_blend),
         arccosine=method.arccosine,
         orthographic=g.camera.is_orthographic,
         **{name: opaque(g, value) for name, value in values.items()},

@@ -5,10 +5,15 @@ from typing import Any
 
 import drjit as dr
 
-from gtao.config import LinearFalloff, SliceMethod
+from gtao.config import DepthCut, LinearFalloff, NoCut, SampleCut, SliceMethod, plain
 from gtao.errors import ConfigError
 from gtao.gbuffer import GBuffer
-from gtao.kernels import march, noise, pyramid, steps
+from gtao.kernels import noise, pyramid
+from gtao.kernels.march_types import Scalars, Switches
+
+from .adjoint import estimate
+from .attached import attached_numbers, is_attached
+from .job import Job
 
 __all__ = ["march_frame", "opaque"]
 
@@ -21,24 +26,31 @@ DEFAULT_RANGE = 0.615
 _INTERPOLATING = ("linear", "bilinear")
 
 
-def opaque(g: GBuffer, value: float):
-    """A kernel input of width one: a literal would be baked into the kernel, and every new value compile it again."""
-    return dr.opaque(g.types.Float, float(value))
+def opaque(g: GBuffer, value: Any):
+    """A kernel input of width one: a literal would be baked into the kernel, and every new value compile it again.
+
+    Gradients of a Dr.Jit float stay attached.
+    """
+    if not dr.is_array_v(value):
+        return dr.opaque(g.types.Float, float(value))
+    value = g.types.Float(value)
+    dr.make_opaque(value)
+    return value
 
 
-def _longest_px(g: GBuffer, method: SliceMethod) -> float:
+def _longest_px(g: GBuffer, method: SliceMethod) -> Any:
     """Upper limit of the search in pixels."""
-    limit = math.inf if method.max_radius_px is None else float(method.max_radius_px)
+    limit = math.inf if method.max_radius_px is None else method.max_radius_px
     if method.max_radius_share is None:
         return limit
     return min(limit, max(SHORTEST_SHARE_PX, method.max_radius_share * math.sqrt(g.shape[0] * g.shape[1])))
 
 
-def _switches(g: GBuffer, method: Any, *, unlimited: bool) -> march.Switches:
+def _switches(g: GBuffer, method: Any, *, unlimited: bool) -> Switches:
     height, width = g.shape
     # There is nothing to interpolate across a single row or column.
     interpolates = method.fetch in _INTERPOLATING and min(width, height) > 1
-    return march.Switches(
+    return Switches(
         width=width,
         height=height,
         orthographic=g.camera.is_orthographic,
@@ -50,18 +62,18 @@ def _switches(g: GBuffer, method: Any, *, unlimited: bool) -> march.Switches:
         fetch=method.fetch if interpolates or method.fetch not in _INTERPOLATING else "nearest",
         snap_to_texel=method.snap_to_texel,
         noise=method.noise,
-        step_exponent=float(method.step_exponent),
+        step_exponent=None if is_attached(method.step_exponent) else plain(method.step_exponent),
         step_law=method.step_law,
         step_jitter=method.step_jitter,
         border=method.border,
         pyramid=None if method.pyramid is None else pyramid.Table.of(width, height, method.pyramid.n_levels),
         unlimited=unlimited,
-        clamp_px=not math.isinf(_longest_px(g, method)),
-        pulled=method.depth_bias > 0,
+        clamp_px=not math.isinf(plain(_longest_px(g, method))),
+        pulled=is_attached(method.depth_bias) or method.depth_bias > 0,
     )
 
 
-def _scalars(g: GBuffer, method: SliceMethod, radius: float, frame_index: int) -> march.Scalars:
+def _scalars(g: GBuffer, method: SliceMethod, radius: Any, frame_index: int) -> Scalars:
     camera, T = g.camera, g.types
     rotation, offset, key = noise.frame_terms(method.noise, frame_index, method.seed)
     values = {
@@ -72,6 +84,7 @@ def _scalars(g: GBuffer, method: SliceMethod, radius: float, frame_index: int) -
         "fx": camera.fx,
         "fy": camera.fy,
         "radius": radius,
+        "step_exponent": method.step_exponent,
         "min_step_px": method.min_step_px,
         "max_radius_px": _longest_px(g, method),
         "level_scale": 1.0 if method.pyramid is None else 2 ** (0.5 - method.pyramid.level_offset),
@@ -79,7 +92,38 @@ def _scalars(g: GBuffer, method: SliceMethod, radius: float, frame_index: int) -
         "frame_rotation": rotation,
         "frame_offset": offset,
     }
-    return march.Scalars(**{name: opaque(g, value) for name, value in values.items()}, key=dr.opaque(T.UInt, key))
+    return Scalars(**{name: opaque(g, value) for name, value in values.items()}, key=dr.opaque(T.UInt, key))
+
+
+def _refuse_what_has_no_derivative(g: GBuffer, method: Any, switches: Switches) -> None:
+    """Options that only decide whether a sample counts, or which texel it is, change nothing when they change little.
+
+    Raises:
+        ConfigError: such an option carries a gradient, which would be zero everywhere.
+    """
+    attached = set(attached_numbers(method))
+    if not attached:
+        return
+    if not dr.is_diff_v(g.types.Float):
+        raise ConfigError("options that carry gradients need a frame of differentiable arrays (drjit.*.ad)")
+    falloff, thickness = getattr(method, "falloff", None), getattr(method, "thickness", None)
+    steps_only = {"step_exponent", "min_step_px", "max_radius_px", "max_radius_share"}
+    cut = isinstance(falloff, SampleCut | NoCut) or getattr(method, "attenuation", "") == "none"
+    if falloff is not None or cut:
+        # The exact cut and HBAO's attenuation know the radius; otherwise it only says how far to search.
+        steps_only |= {"radius", "radius_multiplier"}
+    without = {"pyramid.level_offset"}
+    if switches.fixes_samples:
+        without |= steps_only
+    if isinstance(falloff, SampleCut) and (switches.fixes_samples or plain(falloff.end) > plain(method.search_radius)):
+        without.add("falloff.end")
+    if isinstance(thickness, DepthCut):
+        without.add("thickness.depth")
+    if refused := sorted(attached & without):
+        raise ConfigError(
+            f"{' and '.join(refused)} of this method {'has' if len(refused) == 1 else 'have'} no derivative: the result"
+            " changes in jumps; detach what is listed, or choose an interpolating fetch if it moves samples"
+        )
 
 
 def _near_and_far(method: Any) -> tuple[float, float]:
@@ -93,21 +137,19 @@ def _near_and_far(method: Any) -> tuple[float, float]:
     return pyramid.RANGE_FACTOR * start, pyramid.RANGE_FACTOR * end
 
 
-def march_frame(g: GBuffer, method: Any, accumulator: Any, radius: float, frame_index: int):
-    """The mean over slices of what ``accumulator`` makes of each, flat; see :func:`gtao.kernels.march.march`.
+def march_frame(g: GBuffer, method: Any, accumulator: Any, radius: Any, frame_index: int):
+    """The mean over slices of what ``accumulator`` makes of each, flat; see :class:`gtao.kernels.march.March`.
 
     Args:
         method: a configuration derived from :class:`gtao.config.SliceMethod`.
         radius: how far the search reaches in scene units; ``inf`` for as far as the frame.
 
     Raises:
-        ConfigError: gradients are asked through more steps per side than can be unrolled.
+        ConfigError: gradients are asked for an option that has none, or through more steps per side than can be
+            unrolled.
     """
-    switches = _switches(g, method, unlimited=math.isinf(radius))
-    if not switches.differentiable and (dr.grad_enabled(g.view_z) or dr.grad_enabled(g.normal_v)):
-        raise ConfigError(
-            f"gradients need all steps in one block: choose n_steps <= {steps.MAX_UNROLLED}, got {method.n_steps}"
-        )
+    switches = _switches(g, method, unlimited=math.isinf(plain(radius)))
+    _refuse_what_has_no_derivative(g, method, switches)
     field = g.view_z.array
     if switches.pyramid is not None:
         field = g.depth_pyramid(switches.pyramid, method.pyramid.filter, *_near_and_far(method))
@@ -115,6 +157,6 @@ def march_frame(g: GBuffer, method: Any, accumulator: Any, radius: float, frame_
         field = g.affine_field()
         # The sign marks depth edges, which "bilinear" does not know.
         field = abs(field) if switches.fetch == "bilinear" else field
-    n = g.normal_arrays()
+    normal, unit = g.normals_to_be_normalised() or (g.normal_v.array, None)
     scalars = _scalars(g, method, radius, frame_index)
-    return march.march(g.view_z.array, field, (n.x, n.y, n.z), accumulator, switches, scalars, g.types)
+    return estimate(Job(g.view_z.array, normal, unit, field, accumulator, switches, scalars, g.types))

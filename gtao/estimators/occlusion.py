@@ -10,6 +10,7 @@ from gtao.gbuffer import GBuffer
 from gtao.kernels.shaping import shape
 from gtao.results import AmbientOcclusion
 
+from .attached import is_attached
 from .bitmask import bitmask_visibility
 from .hbao import hbao_visibility
 from .heightfield import horizon_truth, march_truth
@@ -63,6 +64,6 @@ def ambient_occlusion(g: GBuffer, method: Any = None, *, frame_index: int = 0) -
     else:
         flat = _METHODS[type(method)](g, method, frame_index)
     shaped = tuple(getattr(method, name, default) for name, default in _SHAPING.items())
-    if shaped != tuple(_SHAPING.values()):
+    if any(map(is_attached, shaped)) or shaped != tuple(_SHAPING.values()):
         flat = shape(flat, *(opaque(g, value) for value in shaped))
     return AmbientOcclusion(visibility=g.types.Tensor(flat, g.shape), variance=variance, config=method)

@@ -97,10 +97,17 @@ def cosine_arc(nV, nT, c0, c1):
     without the angle γ and without dividing by |n_p|, which loses three digits in float32.
     """
     c0, c1 = dr.select(c0 < 1, c0, 1), dr.select(c1 < 1, c1, 1)
-    q0, q1 = dr.fma(-c0, c0, 1), dr.fma(-c1, c1, 1)
-    k0 = dr.fma(-c0, dr.sqrt(dr.select(q0 > 0, q0, 0)), acos(c0))
-    k1 = dr.fma(-c1, dr.sqrt(dr.select(q1 > 0, q1, 0)), acos(c1))
-    return 0.5 * dr.fma(nV, q0 + q1, nT * (k1 - k0))
+    attached = any(map(dr.grad_enabled, (nV, nT, c0, c1)))
+    with dr.suspend_grad():
+        q0, q1 = dr.fma(-c0, c0, 1), dr.fma(-c1, c1, 1)
+        s0, s1 = (dr.sqrt(dr.select(q > 0, q, 0)) for q in (q0, q1))
+        by_nV, by_nT = 0.5 * (q0 + q1), 0.5 * (dr.fma(-c1, s1, acos(c1)) - dr.fma(-c0, s0, acos(c0)))
+        value = dr.fma(nV, by_nV, nT * by_nT)
+        if not attached:
+            return value
+        # Theory, eq. (89): the derivatives of the terms are longer, and infinite at c = 1.
+        by_c0, by_c1 = dr.fma(nT, s0, -nV * c0), -dr.fma(nT, s1, nV * c1)
+    return dr.replace_grad(value, by_nV * nV + by_nT * nT + by_c0 * c0 + by_c1 * c1)
 
 
 def uniform_arc(c0, c1):

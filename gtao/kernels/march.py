@@ -3,7 +3,9 @@
 What a method makes of the samples is an accumulator (:mod:`gtao.kernels.accumulators`), with three functions:
 ``begin(sl)`` gives the state of a slice, ``add(state, side, sample, sl)`` the state after one more sample of side 0
 (toward -T) or 1 (toward +T), samples coming outward; ``finish(state, sl)`` the slice's value. One whose ``add`` is long
-names the steps worth unrolling in ``max_unrolled``.
+names the steps worth unrolling in ``max_unrolled``. One whose slice value only depends on the samples that attain
+extrema names their number per side in ``n_extrema`` and gives the extrema so far by ``extrema(state, side)``; such a
+march can be searched without gradients and replayed with them (:mod:`gtao.kernels.winners`).
 
 Slices run in a symbolic loop that carries the direction and turns it by a constant angle, steps are unrolled inside:
 of the formulations measured this compiles fastest and runs within a few percent of hand-written vector code.
@@ -15,140 +17,187 @@ from typing import Any
 
 import drjit as dr
 
-from . import hbao, horizon, noise, pyramid, reach, slices, steps, taps
+from . import fetch, hbao, horizon, noise, pyramid, reach, slices, steps, taps
+from .march_types import Pixel, Sample, Scalars, Slice, Switches
+from .winners import Packing, Tracked
 
-__all__ = ["Pixel", "Sample", "Scalars", "Slice", "Switches", "march"]
-
-
-@dataclass(frozen=True)
-class Switches:
-    """What specialises the kernel; everything else reaches it as an array and changes without recompiling."""
-
-    width: int
-    height: int
-    orthographic: bool
-    n_slices: int
-    n_steps: int
-    slice_measure: str
-    slice_angles: tuple[float, ...] | None
-    zenith: str
-    fetch: str
-    snap_to_texel: bool
-    noise: str
-    step_exponent: float
-    step_law: str
-    step_jitter: str
-    border: str
-    pyramid: pyramid.Table | None  # levels of the buffer that samples are read from
-    unlimited: bool  # the radius is infinite
-    clamp_px: bool
-    pulled: bool  # the shaded point is moved toward the viewer
-
-    @property
-    def differentiable(self) -> bool:
-        """Whether reverse mode is exact: a symbolic loop over a running maximum has no adjoint."""
-        return steps.block_length(self.n_steps) == self.n_steps
-
-    @property
-    def leaves_frame(self) -> bool:
-        """Whether a sample may lie off the frame, or off the part of it that the search was shortened to."""
-        return self.border != "shorten" or self.step_law != "strata"
+__all__ = ["March"]
 
 
 @dataclass(frozen=True)
-class Scalars:
-    """Kernel inputs of width one, opaque to the compiler."""
+class March:
+    """One frame, or some of its rows, ready to be marched.
 
-    ax: Any  # image-plane coordinate of texel column i: ax i + bx
-    bx: Any
-    ay: Any
-    by: Any
-    fx: Any
-    fy: Any
-    radius: Any
-    min_step_px: Any
-    max_radius_px: Any
-    level_scale: Any  # of distances in pixels, see :func:`gtao.kernels.pyramid.level`
-    pull: Any  # factor of the shaded point's depth
-    frame_rotation: Any
-    frame_offset: Any
-    key: Any
-
-
-@dataclass(frozen=True)
-class Pixel:
-    """The shaded point: texel coordinates, image-plane coordinates, position, unit vector to the viewer (zenith)."""
-
-    x: Any
-    y: Any
-    X: Any
-    Y: Any
-    rcp_a2: Any  # 1 / (X² + Y² + 1)
-    P: tuple[Any, Any, Any]
-    p: Any  # distance from the eye; None in parallel projection
-    V: tuple[Any, Any, Any]
-    nV: Any
-
-
-@dataclass(frozen=True)
-class Slice:
-    """One slice of a pixel: its number, the normal in it, the tangent plane's cosines, which sides have samples."""
-
-    pixel: Pixel
-    index: Any
-    nV: Any
-    nT: Any
-    start: tuple[Any, Any]
-    inside: tuple[Any, Any]
-    offset: Any  # of its steps, in [0, 1)
-
-
-@dataclass(frozen=True)
-class Sample:
-    """One depth sample: offset D from the shaded point, ⟨D, V⟩, its cosine, where it was read and what."""
-
-    D: tuple[Any, Any, Any]
-    d2: Any
-    dV: Any
-    c: Any  # NaN for the background, which is infinitely far: it compares false
-    j: Any  # number of the step
-    x: Any
-    y: Any
-    X: Any
-    Y: Any
-    z: Any
-
-
-def march(view_z, field, normal, accumulator, k: Switches, s: Scalars, types):
-    """The mean over slices of what ``accumulator`` makes of each, 1 on the background.
-
-    Args:
-        view_z: flat depth along the optical axis, inf on the background.
-        field: the buffer that samples are read from: ``view_z`` too, a pyramid of it, or what
-            :func:`gtao.kernels.fetch.affine_field` made for the fetches that interpolate.
-        normal: three flat arrays, unit normals in the view frame.
-        accumulator: see the module's text.
-        k, s: switches and scalars.
-        types: namespace of :func:`gtao.backend.types_of`.
+    Attributes:
+        field: the buffer that samples are read from.
+        k, s, types: switches, scalars and array types.
+        n: number of pixels.
+        surface: where there is something to shade.
+        pixel: the shaded points.
+        slice_frame: of :func:`gtao.kernels.slices.frame`.
+        facing: the normal that faces the eye, if slices do not contain the zenith.
+        extent: what :func:`gtao.kernels.reach.sphere_extent` returned, if there is a radius.
+        rotation, offset: the noise of slices and steps.
     """
-    Float, UInt = types.Float, types.UInt
-    index = dr.arange(UInt, k.width * k.height)
-    yi = index // k.width
-    xi = index - yi * k.width
-    surface = dr.isfinite(view_z)
-    x, y = Float(xi), Float(yi)
-    z = dr.select(surface, taps.centre_depth(view_z, x, y, k, types), 1)
-    if k.pulled:
-        z = z * s.pull
-    pixel, n, facing = _pixel(x, y, z, normal, k, s, Float)
-    P = pixel.P
-    slice_frame = slices.frame(k.slice_measure, pixel.V, n, pixel.nV)
-    rotation, offset = noise.pattern(k.noise, xi, yi, s.frame_rotation, s.frame_offset, s.key, Float)
-    m = None if k.unlimited else reach.sphere_extent(k, s.radius, z, pixel.p)
 
-    def sample(px, py, d, j):
-        level = None if k.pyramid is None else pyramid.level(d, s.level_scale, k.pyramid, types)
-        zs, px, py = taps.read(field, px, py, level, k, types)
+    field: Any
+    k: Switches
+    s: Scalars
+    types: Any
+    n: int
+    surface: Any
+    pixel: Pixel
+    slice_frame: Any
+    facing: Any
+    extent: Any
+    rotation: Any
+    offset: Any
+
+    @classmethod
+    def of(cls, view_z, normal, field, k: Switches, s: Scalars, types, first_row=None) -> "March":
+        """Set up the pixels.
+
+        Args:
+            view_z: depth of the pixels along the optical axis, inf on the background.
+            normal: three flat arrays, unit normals of the pixels in the view frame.
+            field: the buffer of the whole frame that samples are read from: its depth, a pyramid of it, or what
+                :func:`gtao.kernels.fetch.affine_field` made for the fetches that interpolate.
+            k, s: switches and scalars.
+            types: namespace of :func:`gtao.backend.types_of`.
+            first_row: number of the row of the first pixel; 0 by default.
+        """
+        Float, UInt = types.Float, types.UInt
+        n = dr.width(view_z)
+        index = dr.arange(UInt, n)
+        if first_row is not None:
+            index = index + first_row * k.width
+        yi = index // k.width
+        xi = index - yi * k.width
+        surface = dr.isfinite(view_z)
+        x, y = Float(xi), Float(yi)
+        if k.fetch == "nearest_of_four":
+            view_z = fetch.nearest_of_four(field, x, y, k.width, k.height, types)
+        z = dr.select(surface, view_z, 1)
+        if k.pulled:
+            z = z * s.pull
+        pixel, bent, facing = _pixel(x, y, z, normal, k, s, Float)
+        slice_frame = slices.frame(k.slice_measure, pixel.V, bent, pixel.nV)
+        rotation, offset = noise.pattern(k.noise, xi, yi, s.frame_rotation, s.frame_offset, s.key, Float)
+        extent = None if k.unlimited else reach.sphere_extent(k, s.radius, z, pixel.p)
+        return cls(field, k, s, types, n, surface, pixel, slice_frame, facing, extent, rotation, offset)
+
+    def mean(self, accumulator):
+        """The mean over slices of what ``accumulator`` makes of each, 1 on the background."""
+
+        def body(i, total, c, q, off):
+            return i + 1, total + self._value(accumulator, self._slice(i, c, q, off)), *self.next_azimuth(c, q, off)
+
+        return self._closed(self._loop(body))
+
+    def search(self, accumulator):
+        """:meth:`mean`, and the packed numbers of the winning steps: one word after the other, of slice after slice."""
+        packing = Packing(self.k.n_steps, accumulator.n_extrema)
+        tracked = Tracked(accumulator, packing, self.types.UInt)
+        lane = dr.arange(self.types.UInt, self.n)
+        winners = dr.empty(self.types.UInt, self.n * self.k.n_slices * packing.n_words)
+
+        def body(i, total, c, q, off):
+            value, words = self._value(tracked, self._slice(i, c, q, off))
+            for place, word in zip(self._places(packing, i, lane), words, strict=True):
+                dr.scatter(winners, word, place)
+            return i + 1, total + value, *self.next_azimuth(c, q, off)
+
+        return self._closed(self._loop(body)), winners
+
+    def replay(self, accumulator, winners, i, azimuth):
+        """What slice ``i`` adds to :meth:`mean`, from its winning samples alone.
+
+        Args:
+            winners: the second result of :meth:`search`.
+            azimuth: cosine, sine and step offset of the slice, see :meth:`first_azimuth`.
+        """
+        packing = Packing(self.k.n_steps, accumulator.n_extrema)
+        lane = dr.arange(self.types.UInt, self.n)
+        words = [dr.gather(self.types.UInt, winners, place) for place in self._places(packing, i, lane)]
+        return self._share(self._replayed(accumulator, self._slice(i, *azimuth), packing.unpack(words)))
+
+    def envelope(self, accumulator):
+        """:meth:`search` without and :meth:`replay` with gradients in one piece, slices unrolled."""
+        packing = Packing(self.k.n_steps, accumulator.n_extrema)
+        tracked = Tracked(accumulator, packing, self.types.UInt)
+        azimuth, total = self.first_azimuth(), 0
+        for i in range(self.k.n_slices):
+            sl = self._slice(i, *azimuth)
+            with dr.suspend_grad():
+                _, words = self._value(tracked, sl)
+            total = total + self._replayed(accumulator, sl, packing.unpack(words))
+            azimuth = self.next_azimuth(*azimuth)
+        return self._closed(total)
+
+    def _share(self, value):
+        """What a slice adds to the mean, whose sum is 0 on the background."""
+        return dr.select(self.surface, value * (1 / self.k.n_slices), 0)
+
+    def _closed(self, total):
+        return dr.select(self.surface, total * (1 / self.k.n_slices), 1)
+
+    def _places(self, packing, i, lane):
+        """Where the words of slice ``i`` are."""
+        return [(i * packing.n_words + word) * self.n + lane for word in range(packing.n_words)]
+
+    def _loop(self, body):
+        """The sum over slices that ``body(i, total, c, q, off)`` adds up."""
+        UInt, k = self.types.UInt, self.k
+        start = (UInt(0), dr.zeros(self.types.Float, self.n), *self.first_azimuth())
+        # A sum over slices: reverse mode may replay each on its own.
+        _, total, *_ = dr.while_loop(start, lambda i, *_: i < k.n_slices, body, label="slices", max_iterations=-1)
+        return total
+
+    def first_azimuth(self):
+        """Cosine and sine of the first slice's azimuth and its step offset."""
+        q, c = dr.sincos(self.rotation * (math.pi / self.k.n_slices))
+        return c, q, self.offset
+
+    def next_azimuth(self, c, q, off):
+        """The same of the next slice."""
+        k = self.k
+        turn_c, turn_q = math.cos(math.pi / k.n_slices), math.sin(math.pi / k.n_slices)
+        if not (k.step_jitter == "pixel" or (k.noise == "none" and k.step_jitter == "slice")):
+            off = noise.frac(off + noise.GOLDEN)
+        return dr.fma(c, turn_c, -q * turn_q), dr.fma(c, turn_q, q * turn_c), off
+
+    def _slice(self, i, c, q, off) -> Slice:
+        """Slice ``i`` at azimuth (cos, sin) = (c, q), unless azimuths are listed."""
+        k, s, pixel = self.k, self.s, self.pixel
+        if k.slice_angles is not None:
+            q, c = dr.sincos((self.rotation + slices.listed(k.slice_angles, i, self.types.Float)) * math.pi)
+        nT, ux, uy = self.slice_frame.normal_and_direction(c, q)
+        start = slices.clamped_start(pixel.nV, nT)
+        if self.facing is not None:
+            # Slices do not contain the zenith, so that ⟨N, T⟩ does not say where they meet the tangent plane.
+            rise = hbao.tangent(self.facing, hbao.left_of(ux, uy, pixel.X, pixel.Y), pixel.V)
+            start = -rise, rise
+        ux, uy = ux * s.fx, -uy * s.fy
+        length2 = dr.fma(ux, ux, uy * uy)
+        rcp = dr.rsqrt(length2)
+        direction = ux * rcp, uy * rcp
+        lengths = reach.reaches(k, s, self.slice_frame, self.extent, (c, q), length2 * rcp, direction, pixel.x, pixel.y)
+        sides = tuple(reach.Side.of(length, s.min_step_px, k.step_law) for length in lengths)
+        return Slice(pixel, i, pixel.nV, nT, start, direction, sides, off)
+
+    def _sample(self, sl: Slice, side, j, known=None) -> Sample:
+        """Depth sample of step ``j``; where ``known`` is false, of a point that is nowhere special."""
+        k, s, pixel, types = self.k, self.s, self.pixel, self.types
+        P, z, of_side = pixel.P, -pixel.P[2], sl.sides[side]
+        xi = steps.jitter(k.step_jitter, sl.offset, j, k.n_steps)
+        d = steps.distance(k.step_law, j, xi, k.n_steps, self._exponent, of_side.least, of_side.reach)
+        dx, dy = sl.direction if side else (-sl.direction[0], -sl.direction[1])
+        px, py = dr.fma(dx, d, pixel.x), dr.fma(dy, d, pixel.y)
+        level = None if k.pyramid is None else pyramid.level(dr.detach(d), s.level_scale, k.pyramid, types)
+        zs, px, py = taps.read(self.field, px, py, level, k, types)
+        if known is not None:
+            # Not infinitely far and not the shaded point itself, whose derivatives are not finite.
+            zs = dr.select(known, zs, 2 * dr.detach(z))
         X, Y = dr.fma(px, s.ax, s.bx), dr.fma(py, s.ay, s.by)
         if k.orthographic:
             D = (X - P[0], Y - P[1], z - zs)
@@ -157,85 +206,61 @@ def march(view_z, field, normal, accumulator, k: Switches, s: Scalars, types):
         c, d2, dV = horizon.cosine(D, pixel.V)
         return Sample(D, d2, dV, c, j, px, py, X, Y, zs)
 
-    def block(first, n, direction, sides, sl, state):
-        """``n`` unrolled steps on both sides."""
-        dx, dy = direction
-        for j in (first + i for i in range(n)):
-            xi = steps.jitter(k.step_jitter, sl.offset, j, k.n_steps)
-            d0, d1 = (
-                steps.distance(k.step_law, j, xi, k.n_steps, k.step_exponent, side.least, side.reach) for side in sides
-            )
-            state = accumulator.add(state, 0, sample(dr.fma(-dx, d0, x), dr.fma(-dy, d0, y), d0, j), sl)
-            state = accumulator.add(state, 1, sample(dr.fma(dx, d1, x), dr.fma(dy, d1, y), d1, j), sl)
-        return state
+    @property
+    def _exponent(self):
+        """The exponent of the steps' spacing: baked into the kernel unless it carries a gradient."""
+        return self.s.step_exponent if self.k.step_exponent is None else self.k.step_exponent
 
-    def slice_value(i, c, q, off):
-        """Slice ``i`` at azimuth (cos, sin) = (c, q)."""
-        nT, ux, uy = slice_frame.normal_and_direction(c, q)
-        start = slices.clamped_start(pixel.nV, nT)
-        if facing is not None:
-            # Slices do not contain the zenith, so that ⟨N, T⟩ does not say where they meet the tangent plane.
-            rise = hbao.tangent(facing, hbao.left_of(ux, uy, pixel.X, pixel.Y), pixel.V)
-            start = -rise, rise
-        ux, uy = ux * s.fx, -uy * s.fy
-        length2 = dr.fma(ux, ux, uy * uy)
-        rcp = dr.rsqrt(length2)
-        direction = ux * rcp, uy * rcp
-        lengths = reach.reaches(k, s, slice_frame, m, (c, q), length2 * rcp, direction, x, y)
-        sides = tuple(reach.Side.of(length, s.min_step_px, k.step_law) for length in lengths)
-        sl = Slice(pixel, i, pixel.nV, nT, start, tuple(side.inside for side in sides), off)
-        state = accumulator.begin(sl)
+    def _value(self, accumulator, sl: Slice):
+        """What ``accumulator`` makes of all samples of a slice."""
+        k, UInt, Float = self.k, self.types.UInt, self.types.Float
         n_block = steps.block_length(k.n_steps, getattr(accumulator, "max_unrolled", steps.MAX_UNROLLED))
+
+        def block(first, state):
+            for j in (first + i for i in range(n_block)):
+                for side in (0, 1):
+                    state = accumulator.add(state, side, self._sample(sl, side, j), sl)
+            return state
+
+        state = accumulator.begin(sl)
         if n_block == k.n_steps:
-            state = block(0, n_block, direction, sides, sl, state)
+            state = block(0, state)
         else:
 
             def body(j, state):
-                return j + n_block, block(Float(j), n_block, direction, sides, sl, state)
+                return j + n_block, block(Float(j), state)
 
             _, state = dr.while_loop((UInt(0), state), lambda j, _: j < k.n_steps, body, label="steps")
         return accumulator.finish(state, sl)
 
-    q, c = dr.sincos(rotation * (math.pi / k.n_slices))
-    turn_c, turn_q = math.cos(math.pi / k.n_slices), math.sin(math.pi / k.n_slices)
-    stagger = 0 if k.step_jitter == "pixel" or (k.noise == "none" and k.step_jitter == "slice") else noise.GOLDEN
-
-    def body(i, total, c, q, off):
-        if k.slice_angles is not None:
-            q, c = dr.sincos((rotation + slices.listed(k.slice_angles, i, Float)) * math.pi)
-        total = total + slice_value(i, c, q, off)
-        off = noise.frac(off + stagger) if stagger else off
-        return i + 1, total, dr.fma(c, turn_c, -q * turn_q), dr.fma(c, turn_q, q * turn_c), off
-
-    _, total, *_ = dr.while_loop(
-        (UInt(0), dr.zeros(Float, k.width * k.height), c, q, offset),
-        lambda i, *_: i < k.n_slices,
-        body,
-        label="slices",
-        # A sum over slices: reverse mode may replay each on its own.
-        max_iterations=-1,
-    )
-    return dr.select(surface, total * (1 / k.n_slices), 1)
+    def _replayed(self, accumulator, sl: Slice, numbers):
+        """What ``accumulator`` makes of the steps with these numbers."""
+        state = accumulator.begin(sl)
+        for place, number in enumerate(numbers):
+            side = place // accumulator.n_extrema
+            found = number < self.k.n_steps
+            sample = self._sample(sl, side, self.types.Float(dr.select(found, number, 0)), found)
+            state = dr.select(found, accumulator.add(state, side, sample, sl), state)
+        return accumulator.finish(state, sl)
 
 
 def _pixel(x, y, z, normal, k: Switches, s: Scalars, Float):
     """The shaded point; its normal, facing the zenith; and, if slices do not contain the zenith, facing the eye."""
     X, Y = dr.fma(x, s.ax, s.bx), dr.fma(y, s.ay, s.by)
-    rcp_a2 = 1 / dr.fma(X, X, dr.fma(Y, Y, 1))
+    a2 = dr.fma(X, X, dr.fma(Y, Y, 1))
+    rcp_a = dr.rsqrt(a2)
     axis = (Float(0), Float(0), Float(1))
     if k.orthographic:
         P, p, V = (X, Y, -z), None, axis
     else:
-        P = (X * z, Y * z, -z)
-        p2 = dr.fma(P[0], P[0], dr.fma(P[1], P[1], z * z))
-        rcp_p = dr.rsqrt(p2)
-        p, V = p2 * rcp_p, (-P[0] * rcp_p, -P[1] * rcp_p, z * rcp_p)
+        # Made of X and Y alone, V has no derivative by depth that the adjoint would have to find to be zero.
+        P, p, V = (X * z, Y * z, -z), z * (a2 * rcp_a), (-X * rcp_a, -Y * rcp_a, rcp_a)
     n, nV = _bent(normal, V)
     facing = None
     if k.zenith == "optical_axis" and not k.orthographic:
         facing, V = n, axis
         n, nV = _bent(n, V)
-    return Pixel(x, y, X, Y, rcp_a2, P, p, V, nV), n, facing
+    return Pixel(x, y, X, Y, rcp_a * rcp_a, P, p, V, nV), n, facing
 
 
 def _bent(n, V):

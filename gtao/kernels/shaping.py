@@ -13,6 +13,8 @@ def small_radius_fade(radius_px, n_slices):
 
 def shape(visibility, exponent, floor, ceiling):
     """min(max(visibilityᵖ, floor), ceiling); negative rounding errors count as 0."""
-    raised = dr.select(visibility > 0, visibility, 0) ** exponent
+    positive = visibility > 0
+    # Zero to any power has no logarithm, which the derivative would ask for.
+    raised = dr.select(positive, dr.select(positive, visibility, 1) ** exponent, 0)
     raised = dr.select(raised > floor, raised, floor)
     return dr.select(raised < ceiling, raised, ceiling)

@@ -57,6 +57,14 @@ class Horizon:
         """Whether horizons may end below the tangent plane, so that they are clamped at the end."""
         return self.thickness == "running" or not self.from_tangent
 
+    @property
+    def n_extrema(self):
+        """One where the highest sample of a side decides, none where the horizon depends on the order of all."""
+        return 0 if self.toward == "horizon" or self.thickness == "running" else 1
+
+    def extrema(self, state, side):
+        return (state[side],)
+
     def begin(self, sl):
         if self.from_tangent:
             return self._tangent(sl)

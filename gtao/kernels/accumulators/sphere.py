@@ -35,6 +35,11 @@ class SphereCut:
     ay: Any
     blend: Any
 
+    n_extrema = 2  # the upper and the lower end
+
+    def extrema(self, state, side):
+        return state[side]
+
     def begin(self, sl):
         one = type(sl.nT)(1)
         return tuple((start, one) for start in sl.start)

@@ -27,6 +27,14 @@ class TangentToHorizon:
     radius2: Any
     rcp_radius: Any
 
+    @property
+    def n_extrema(self):
+        """One where the horizon alone decides, none where every rise of it counts by its own distance."""
+        return 0 if self.attenuation == "sample" else 1
+
+    def extrema(self, state, side):
+        return state[side][:1]
+
     def begin(self, sl):
         zero = type(sl.nT)(0)
         return tuple((t, zero) for t in sl.start)
