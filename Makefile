@@ -12,7 +12,7 @@ help:
 	@echo "make test    all gates and tests"
 	@echo "make lint    ruff, pyright, import-linter"
 	@echo "make docs    HTML documentation into docs/_build"
-	@echo "make bench   benchmarks: ratios from interleaved runs"
+	@echo "make bench   benchmarks: ratios from interleaved runs, into $(OUT)/bench   (ARGS=--quick: two minutes)"
 
 refit: $(VENV)/.installed
 	$(BIN)/gtao refit -o $(OUT)/refit $(ARGS)
@@ -29,8 +29,8 @@ lint: $(VENV)/.installed-dev
 docs: $(VENV)/.installed-dev
 	$(BIN)/python -m sphinx -W --keep-going -b html docs docs/_build/html
 
-bench: $(VENV)/.installed-dev
-	$(BIN)/python -m tests.bench $(ARGS)
+bench: $(VENV)/.installed-bench
+	$(BIN)/python -m tests.bench -o $(OUT)/bench $(ARGS)
 
 validation: $(VENV)/.installed-dev
 	$(BIN)/python docs/generate.py
@@ -51,3 +51,7 @@ $(VENV)/.installed: $(BIN)/python pyproject.toml constraints.txt
 $(VENV)/.installed-dev: $(BIN)/python pyproject.toml constraints.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
 	@touch $(VENV)/.installed $@
+
+$(VENV)/.installed-bench: $(VENV)/.installed-dev
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[bench]'
+	@touch $@

@@ -1,0 +1,1 @@
+"""What the benchmarks have in common: the work, the clock, the tables."""
