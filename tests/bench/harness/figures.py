@@ -1,6 +1,7 @@
 """Cost against pixels and against samples."""
 
 import numpy as np
+from matplotlib.ticker import NullFormatter
 
 from gtao.plot import style
 
@@ -9,7 +10,7 @@ __all__ = ["growth", "save"]
 
 @style.styled
 def growth(numbers):
-    """Two panels: time of a frame against its pixels, time per pixel against its samples, on logarithmic axes.
+    """Two panels: time of a frame against its pixels, time per pixel against the steps of one slice.
 
     Args:
         numbers: of the section ``growth``.
@@ -22,7 +23,10 @@ def growth(numbers):
             counts = f"{point['n_slices']}×{point['n_steps']}"
             lines.setdefault(f"{name}, {counts}", []).append((point["pixels"] / 1e6, 1e3 * row["best_s"]))
     _draw(left, lines)
-    left.set(title="Frames", xlabel="million pixels", ylabel="ms")
+    left.set(title="Frames", xlabel="million pixels", ylabel="ms", xscale="log", yscale="log")
+    for axis in (left.xaxis, left.yaxis):
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_formatter(NullFormatter())
     lines = {}
     for point in numbers["taps"]:
         if point["n_slices"] == 1:
@@ -30,6 +34,7 @@ def growth(numbers):
                 lines.setdefault(name, []).append((point["n_steps"], 1e9 * row["best_s"] / point["pixels"]))
     _draw(right, lines)
     right.set(title=f"One slice at {numbers['size']}", xlabel="steps per side", ylabel="ns per pixel")
+    right.set_ylim(bottom=0)
     return figure
 
 
@@ -38,7 +43,6 @@ def _draw(axes, lines):
     for name, points in lines.items():
         x, y = np.array(points).T
         axes.plot(x, y, label=name, markersize=4, **styles[name])
-    axes.set(xscale="log", yscale="log")
     axes.legend(fontsize=7)
 
 
