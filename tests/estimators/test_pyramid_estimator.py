@@ -6,7 +6,7 @@ from dataclasses import replace
 import drjit as dr
 import numpy as np
 import pytest
-from oracles import fields
+from oracles import fields, pyramids
 
 import gtao
 
@@ -93,7 +93,8 @@ def test_each_side_reads_the_levels_of_its_own_distances():
     g = gtao.GBuffer(np.full((height, 1), 100.0), None, gtao.OrthographicCamera(1, height, view_height=float(height)))
 
     def planes(self, table, name, start, end):
-        return g.types.Float(np.concatenate([np.full(64 >> k, 100.0 - h) for k, h in enumerate(rise)]))
+        images = [np.full((64 >> k, 1), 100.0 - h) for k, h in enumerate(rise)]
+        return g.types.Float(pyramids.packed(images, table))
 
     pyramid = gtao.DepthPyramid(filter="min", n_levels=4, level_offset=offset)
     method = gtao.GTAO(n_slices=1, n_steps=5, noise="none", step_exponent=1.0, pyramid=pyramid)

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from oracles import pyramids
 
-from gtao import backend
 from gtao.kernels import pyramid
 
-import drjit as dr  # isort: skip  (after gtao, which chooses the LLVM library)
-
-SIZES = [(1, 1), (2, 2), (16, 16), (7, 5), (1, 9), (33, 17), (20, 31)]
+# Rows in pieces of four and not, sides that are halved evenly and not, more levels than there are to a single texel.
+SIZES = [(1, 1), (2, 2), (16, 16), (7, 5), (1, 9), (33, 17), (20, 31), (36, 40), (62, 4)]
+every_size = pytest.mark.parametrize("size", SIZES, ids=lambda size: "x".join(map(str, size)))
+every_filter = pytest.mark.parametrize("name", sorted(pyramid.FILTERS))
 
 
 def depth(width, height, holes=True):
@@ -28,20 +28,49 @@ def built(precision, z, n_levels, name, start=0.4, end=1.2):
     return buffer, table
 
 
-@pytest.mark.parametrize("name", sorted(pyramid.FILTERS))
-@pytest.mark.parametrize("size", SIZES)
-def test_levels(precision, name, size):
+class TestLayout:
+    @every_size
+    @pytest.mark.parametrize("n_levels", [1, 2, 3, 4, 5, 12])
+    def test_no_two_texels_share_a_place(self, size, n_levels):
+        table = pyramid.Table.of(*size, n_levels)
+        count = np.zeros(table.size, int)
+        for k, (width, height) in enumerate(zip(table.widths, table.heights, strict=True)):
+            y, x = np.mgrid[:height, :width]
+            np.add.at(count, table.offsets[k] + y * (table.stride >> k) + x, 1)
+        assert count.max() == 1
+        assert count.sum() == sum(w * h for w, h in zip(table.widths, table.heights, strict=True))
+
+    def test_levels_end_at_a_single_texel(self):
+        assert pyramid.Table.of(1, 1, 12).n_levels == 1
+        assert pyramid.Table.of(9, 2, 12).n_levels == 5
+        assert pyramid.Table.of(8, 8, 12).n_levels == 4
+        assert pyramid.Table.of(8, 8, 3).n_levels == 3
+
+    @pytest.mark.parametrize("size", [(960, 540), (1920, 1080), (3840, 2160), (1921, 1081), (640, 481)])
+    def test_little_lies_empty(self, size):
+        """A third more than the depth buffer, and no more than the rounding of rows: 16 texels in five levels."""
+        table = pyramid.Table.of(*size, 5)
+        assert table.size <= (size[0] + 16) * (size[1] + 16) * 4 / 3
+
+    def test_no_levels_no_copy(self, precision):
+        z = precision.Float([1.0, 2.0])
+        table = pyramid.Table.of(2, 1, 1)
+        assert pyramid.build(z, table, "min", z, z, precision.types) is z
+        assert (table.size, table.offsets) == (2, (0,))
+
+
+@every_filter
+@every_size
+@pytest.mark.parametrize("n_levels", [2, 5, 12])
+def test_levels(precision, name, size, n_levels):
     z = depth(*size)
-    buffer, table = built(precision, z, 5, name)
-    want = pyramids.levels(z, 5, name, 0.4, 1.2)
-    assert table.size == dr.width(buffer) == sum(image.size for image in want)
-    got = np.array(buffer)
-    for k, image in enumerate(want):
-        part = got[table.offsets[k] :][: image.size].reshape(image.shape)
+    buffer, table = built(precision, z, n_levels, name)
+    want = pyramids.levels(z, table.n_levels, name, 0.4, 1.2)
+    # Means of four, a few times over; least and greatest are exact.
+    tolerance = {"float64": 1e-14, "float32": 2e-6}[precision.name]
+    for part, image in zip(pyramids.unpacked(buffer, table), want, strict=True):
         assert (np.isinf(part) == np.isinf(image)).all()
         surface = np.isfinite(image)
-        # Means of four, four times over; least and greatest are exact.
-        tolerance = {"float64": 1e-14, "float32": 2e-6}[precision.name]
         assert np.abs(part[surface] - image[surface]).max(initial=0) < tolerance
 
 
@@ -50,8 +79,7 @@ def test_a_thin_near_thing_disappears_from_the_weighted_levels_only(precision):
     z[:, 3] = 2.0
     lowest = {}
     for name in pyramid.FILTERS:
-        buffer, table = built(precision, z, 2, name)
-        lowest[name] = np.array(buffer)[table.offsets[1] :].min()
+        lowest[name] = pyramids.unpacked(*built(precision, z, 2, name))[1].min()
     # Of reciprocals 1/5 and 1/2 the mean is 0.35.
     harmonic = 1 / 0.35
     assert lowest == pytest.approx(
@@ -62,22 +90,41 @@ def test_a_thin_near_thing_disappears_from_the_weighted_levels_only(precision):
 def test_constant_depth_stays(precision):
     z = np.full((9, 13), 2.5)
     for name in pyramid.FILTERS:
-        buffer, _ = built(precision, z, 4, name)
-        assert np.array(buffer) == pytest.approx(2.5, abs=1e-6)
+        for image in pyramids.unpacked(*built(precision, z, 4, name)):
+            assert image == pytest.approx(2.5, abs=1e-6)
 
 
-@pytest.mark.parametrize("size", SIZES)
+def scales(precision, k, n):
+    """``n`` times the scale of level k."""
+    return precision.Float(np.full(n, 2.0**-k))
+
+
+@every_size
 def test_every_pixel_reads_the_texel_that_contains_it(precision, size):
     width, height = size
     z = depth(width, height, holes=False)
     buffer, table = built(precision, z, 4, "max")
     want = pyramids.levels(z, 4, "max")
     y, x = (v.ravel().astype(np.float64) for v in np.mgrid[:height, :width])
-    for k in range(4):
-        lanes = precision.types.UInt(np.full(x.size, k, dtype=np.uint32))
-        got = pyramid.fetch_level(buffer, table, precision.Float(x), precision.Float(y), lanes, precision.types)
+    for k in range(table.n_levels):
+        points = precision.Float(x), precision.Float(y)
+        got = pyramid.fetch_level(buffer, table, *points, scales(precision, k, x.size), precision.types)
         expected = want[k][(y // 2**k).astype(int), (x // 2**k).astype(int)]
         assert np.array(got) == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize("size", [(3840, 2160), (4000, 3100), (7680, 4320), (16001, 9001)])
+@pytest.mark.parametrize("n_levels", [1, 5, 12])
+def test_indices_of_large_frames_are_exact(precision, size, n_levels):
+    """Beyond 2²⁴ texels the floats of single precision skip numbers; no buffer of that size is needed to see it."""
+    table = pyramid.Table.of(*size, n_levels)
+    rng = np.random.default_rng(4)
+    x, y = (rng.integers(0, side, 2000) for side in size)
+    x[:2], y[:2] = (0, size[0] - 1), (0, size[1] - 1)
+    for k in range(table.n_levels):
+        points = precision.Float(x.astype(float)), precision.Float(y.astype(float))
+        got = pyramid.index(table, *points, scales(precision, k, x.size), precision.types)
+        assert (np.array(got) == table.offsets[k] + (y >> k) * (table.stride >> k) + (x >> k)).all()
 
 
 @pytest.mark.parametrize("orthographic", [False, True])
@@ -90,7 +137,7 @@ def test_interpolation_inside_a_level(precision, orthographic, size):
     rng = np.random.default_rng(2)
     x, y = rng.uniform(0, width - 1, 50), rng.uniform(0, height - 1, 50)
     x[0], y[0], x[1], y[1] = 0, 0, width - 1, height - 1
-    for k in range(4):
+    for k in range(table.n_levels):
         image = images[k] if orthographic else 1 / images[k]
         expected = []
         for u, v in zip((x + 0.5) / 2**k - 0.5, (y + 0.5) / 2**k - 0.5, strict=True):
@@ -98,18 +145,22 @@ def test_interpolation_inside_a_level(precision, orthographic, size):
             j = min(int(v), max(image.shape[0] - 2, 0))
             rows = [np.interp(u, np.arange(image.shape[1]), image[row]) for row in (j, min(j + 1, image.shape[0] - 1))]
             expected.append(rows[0] + (v - j) * (rows[1] - rows[0]))
-        lanes = precision.types.UInt(np.full(x.size, k, dtype=np.uint32))
         points = precision.Float(x), precision.Float(y)
-        got = np.array(pyramid.bilinear_level(buffer, table, *points, lanes, orthographic, precision.types))
+        scale = scales(precision, k, x.size)
+        got = np.array(pyramid.bilinear_level(buffer, table, *points, scale, orthographic, precision.types))
         assert (got if orthographic else 1 / got) == pytest.approx(np.array(expected), rel=2e-6)
 
 
-def test_no_wild_address_for_coordinates_that_are_no_numbers(precision):
-    z = depth(8, 8)
-    buffer, table = built(precision, z, 3, "min")
-    x = precision.Float([np.nan, -1.0, 1e9])
-    got = pyramid.fetch_level(buffer, table, x, x, precision.types.UInt(2), precision.types)
-    assert set(np.array(got)) <= set(np.array(buffer))
+@pytest.mark.parametrize("n_levels", [1, 3])
+@pytest.mark.parametrize("size", [(8, 8), (5000, 4000)])
+def test_no_wild_address_for_coordinates_that_are_no_numbers(precision, size, n_levels):
+    table = pyramid.Table.of(*size, n_levels)
+    x = precision.Float([np.nan, np.inf, -np.inf, -1.0, 1e9])
+    for k in range(n_levels):
+        number = np.array(pyramid.index(table, x, x, scales(precision, k, 5), precision.types))
+        assert (number < table.size).all()
+        # Texels, and none of the places in between, where no coordinates could be meant.
+        assert (number[:3] == table.offsets[-1]).all()
 
 
 @pytest.mark.parametrize("offset", [-1.0, 0.0, 2.5, 3.3])
@@ -120,29 +171,13 @@ def test_level_of_a_distance(precision, offset):
     want = np.clip(np.log2(np.maximum(d, 1e-9)) - offset, 0, 4)
     got = np.array(pyramid.level(precision.Float(d), precision.Float(2 ** (0.5 - offset)), table, precision.types))
     decided = np.abs(want % 1 - 0.5) > 1e-5  # else rounding decides
-    assert np.array_equal(got[decided], np.floor(want + 0.5)[decided].astype(int))
+    assert np.array_equal(got[decided], 2 ** -np.floor(want + 0.5)[decided])
     assert decided.sum() > 3900
-    assert set(got) == set(range(5))
+    assert set(got) == {2.0**-k for k in range(5)}
 
 
-def test_derivatives_pass_through_the_levels():
-    Float = dr.float64_array_t(backend.default_float())
-    types = backend.types_of(Float)
-    z = depth(9, 6)
-    rng = np.random.default_rng(3)
-    for name in pyramid.FILTERS:
-        table = pyramid.Table.of(9, 6, 4)
-        direction = rng.standard_normal(z.size)
-
-        def flat(values, name=name, table=table):
-            return pyramid.build(values, table, name, Float(0.4), Float(1.2), types)
-
-        values = Float(z.ravel())
-        dr.enable_grad(values)
-        dr.set_grad(values, Float(direction))
-        got = np.array(dr.forward_to(flat(values)))
-        h = 1e-7
-        ends = [np.array(flat(Float(z.ravel() + sign * h * direction))) for sign in (1, -1)]
-        surface = np.isfinite(ends[0])
-        want = (ends[0][surface] - ends[1][surface]) / (2 * h)
-        assert got[surface] == pytest.approx(want, abs=1e-6)
+@pytest.mark.parametrize("distance", [np.inf, np.nan])
+def test_the_level_of_no_distance_is_one_that_exists(precision, distance):
+    table = pyramid.Table.of(64, 64, 3)
+    (got,) = np.array(pyramid.level(precision.Float(distance), precision.Float(1), table, precision.types))
+    assert got in (1, 0.25)

@@ -38,3 +38,21 @@ def texel(depths, name, start, end):
         return np.inf
     weights = np.clip((end - (depths.max() - depths)) / (end - start), 0, 1)
     return (weights * depths).sum() / weights.sum()
+
+
+def packed(images, table):
+    """The levels in one buffer, where ``table`` (:class:`gtao.kernels.pyramid.Table`) has them; NaN in between."""
+    buffer = np.full(table.size, np.nan)
+    for k, image in enumerate(images):
+        _part(buffer, table, k)[:, : image.shape[1]] = image
+    return buffer
+
+
+def unpacked(buffer, table):
+    """The levels of a buffer as images."""
+    return [_part(np.asarray(buffer), table, k)[:, :width] for k, width in enumerate(table.widths)]
+
+
+def _part(buffer, table, k):
+    stride = table.stride >> k
+    return buffer[table.offsets[k] :][: stride * table.heights[k]].reshape(-1, stride)
