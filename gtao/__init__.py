@@ -46,7 +46,7 @@ from .errors import (
     SceneError,
     ShapeError,
 )
-from .estimators import ambient_occlusion, denoise, multibounce
+from .estimators import ValueAndGradient, ambient_occlusion, denoise, multibounce, value_and_gradient
 from .gbuffer import GBuffer
 from .layers import DepthLayers
 from .results import AmbientOcclusion
@@ -89,6 +89,7 @@ __all__ = [
     "SceneError",
     "ShapeError",
     "SpatialFilter",
+    "ValueAndGradient",
     "VisibilityBitmask",
     "__version__",
     "ambient_occlusion",
@@ -97,6 +98,7 @@ __all__ = [
     "denoise",
     "method_from_dict",
     "multibounce",
+    "value_and_gradient",
 ]
 
 _ROOMS = ("evaluate", "fit", "io", "plot", "render", "workflows")

@@ -1,5 +1,6 @@
 """The input of every estimator: depth and normals of one frame, validated once."""
 
+from copy import copy
 from types import SimpleNamespace
 from typing import Any
 
@@ -112,6 +113,24 @@ class GBuffer:
         result.normals_derived = self.normals_derived
         return result
 
+    def attached(self) -> "GBuffer":
+        """The same frame with depth and normals that carry gradients, of their own."""
+        result = copy(self)
+        T = self.types
+        result.view_z = T.Tensor(T.Float(dr.detach(self.view_z.array)), self.shape)
+        dr.enable_grad(result.view_z)
+        if not self.normals_derived:
+            # As they came: an estimate normalises them in its own kernel.
+            result._given = T.Float(dr.detach(self.normal_v.array if self._given is None else self._given))
+            dr.enable_grad(result._given)
+        result._affine_field, result._pyramid, result._position_v, result._normal_v = None, (None, None), None, None
+        return result
+
+    def attached_inputs(self) -> tuple[Any, Any]:
+        """Depth and normals as they came, to ask for their gradients; None for normals that were derived."""
+        given = None if self._given is None else self.types.Tensor(self._given, (*self.shape, 3))
+        return self.view_z, given
+
     @property
     def types(self):
         """Array types of this buffer; see :func:`gtao.backend.types_of`."""
@@ -125,7 +144,9 @@ class GBuffer:
         result = self._normals()
         # Kept, but not while gradients flow: a backward pass consumes the graph behind it.
         if not dr.grad_enabled(result):
-            self._normal_v, self._given = result, None
+            self._normal_v = result
+            # Normalising again changes nothing, and what came is not needed twice.
+            self._given = None if self._given is None else result.array
         return result
 
     @property
@@ -177,10 +198,10 @@ class GBuffer:
         return dr.unravel(self.types.Array3, self.normal_v.array)
 
     def normals_to_be_normalised(self):
-        """The normals as they came and :func:`gtao.kernels.normals.unit`'s tolerance, None once that has been done.
+        """The normals as they came and :func:`gtao.kernels.normals.unit`'s tolerance; None if they are derived.
 
-        Where they carry gradients, or nobody looked at them yet, an estimate normalises them in its own kernel, and its
-        adjoint does too.
+        An estimate normalises them in its own kernel, and its adjoint does too: that costs nothing beside the rest, and
+        a second copy would be the largest array of the frame.
         """
         return None if self._given is None else (self._given, self._tolerance)
 
@@ -225,11 +246,13 @@ class GBuffer:
         def channels(flat):
             return None if flat is None else dr.detach(dr.unravel(dr.replace_shape_t(type(flat), (3, -1)), flat))
 
-        z, given, front = dr.detach(self.view_z.array), self._given, None
+        z, front = dr.detach(self.view_z.array), None
         if self.layers is not None:
             front = dr.gather(type(z), dr.detach(self.layers.front.array), dr.arange(self.types.UInt, dr.width(z)))
         albedo = None if self.albedo is None else self.albedo.array
-        check(z, channels(given), channels(albedo), front, None if self._normals_attached() else self.normal_v)
+        # Derived normals are needed anyway.
+        derived = None if self._given is not None or self._normals_attached() else self.normal_v
+        check(z, channels(self._given), channels(albedo), front, derived)
 
     def __repr__(self) -> str:
         height, width = self.shape

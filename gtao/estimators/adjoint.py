@@ -4,42 +4,84 @@ A horizon is a maximum over samples, and the derivative of a maximum is that of 
 theorem; theory, eq. (88)). What one reverse or forward pass costs therefore does not grow with the number of steps.
 """
 
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import replace
 from typing import Any
 
 import drjit as dr
 
 from gtao.errors import ConfigError
 from gtao.kernels import steps
+from gtao.kernels.apart import apart
 
 from .job import Job
 
-__all__ = ["estimate"]
+__all__ = ["estimate", "fused"]
 
 #: Up to this many slices are differentiated in straight code.
 MAX_UNROLLED = 4
 #: Copies of a gradient image that there is always memory for.
 MAX_COPIES = 4
 
+_FUSED: ContextVar[bool] = ContextVar("_FUSED", default=False)
 
-def estimate(job: Job):
+
+@contextmanager
+def fused():
+    """Leave estimates with gradients unevaluated, so that one launch can hold them, the loss and the gradients."""
+    token = _FUSED.set(True)
+    try:
+        yield
+    finally:
+        _FUSED.reset(token)
+
+
+def estimate(job: Job, max_pixels: int | None = None):
     """The mean over slices, flat, with gradients for whatever input carries any.
+
+    Args:
+        max_pixels: estimate in bands of rows with no more pixels than this, or of one row.
 
     Raises:
         ConfigError: gradients are asked through more samples than reverse mode can go through.
     """
     inputs = {name: a for name, a in job.inputs().items() if dr.grad_enabled(a)}
+    bands = None if max_pixels is None or max_pixels >= job.n else max_pixels
+    if inputs and not job.accumulator.n_extrema:
+        return _through_all(job, bands)
     if not inputs:
-        return job.march().mean(job.accumulator)
-    if not job.accumulator.n_extrema:
-        if not job.switches.unrolled:
-            raise ConfigError(
-                f"gradients of this method go through every sample: choose n_steps <= {steps.MAX_UNROLLED}, got"
-                f" {job.switches.n_steps}"
-            )
-        return job.march().mean(job.accumulator)
+        return job.march().mean(job.accumulator) if bands is None else _mean_of_bands(job, bands)
     detached = job.with_inputs({name: dr.detach(a) for name, a in inputs.items()})
-    return dr.custom(_Envelope, _Sealed(detached), inputs)
+    if bands is not None:
+        kind = _Banded
+    else:
+        kind = _Fused if _FUSED.get() and job.switches.n_slices <= MAX_UNROLLED else _Stored
+    return dr.custom(kind, _Sealed(detached, bands), inputs)
+
+
+def _through_all(job: Job, bands: int | None):
+    """With gradients through every sample, because each changes the result."""
+    if not job.switches.unrolled:
+        raise ConfigError(
+            f"gradients of this method go through every sample: choose n_steps <= {steps.MAX_UNROLLED}, got"
+            f" {job.switches.n_steps}"
+        )
+    if bands is not None:
+        raise ConfigError("gradients of this method go through every sample of a frame at once: leave max_pixels out")
+    if job.field is job.view_z:
+        own, tapped = apart(job.view_z)
+        job = replace(job, view_z=own, field=tapped)
+    return job.march().mean(job.accumulator)
+
+
+def _mean_of_bands(job: Job, bands: int):
+    mean = dr.empty(job.types.Float, job.n)
+    for band in job.bands(bands):
+        dr.scatter(mean, band.march().mean(band.accumulator), band.lane_index())
+        dr.eval(mean)
+    return mean
 
 
 @contextmanager
@@ -58,86 +100,148 @@ def _expanded(size: int):
 
 
 class _Sealed:
-    """Keeps Dr.Jit from looking into an argument that holds no gradients."""
+    """Keeps Dr.Jit from looking into arguments that hold no gradients."""
 
-    def __init__(self, job: Job):
-        self.job = job
+    def __init__(self, job: Job, bands: int | None):
+        self.job, self.bands = job, bands
 
 
 class _Envelope(dr.CustomOp):
     """A march whose derivatives are those of the winning samples."""
 
     def eval(self, sealed: _Sealed, inputs: dict[str, Any]):
-        self.job, self.names = sealed.job, tuple(inputs)
-        value, self.winners = self.job.march().search(self.job.accumulator)
-        dr.eval(value, self.winners)
-        return value
+        self.job, self.bands, self.names = sealed.job, sealed.bands, tuple(inputs)
+        return self._search()
+
+    def _search(self) -> Any:
+        """The result."""
+        raise NotImplementedError
+
+    def _parts(self) -> Iterator[tuple[Job, Callable[[Any], Any]]]:
+        """Parts of the frame, each with a function from a slice's number to the packed numbers of its winners."""
+        raise NotImplementedError
+
+    def _make(self, arrays: Any) -> None:
+        """Called with all gradients of a part: one that was looked at alone would launch the whole pass for itself."""
+        dr.eval(arrays)
 
     def backward(self):
-        with _expanded(dr.width(self.job.field)):
-            self.set_grad_in("inputs", self._gradients(self.grad_out()))
-
-    def _gradients(self, seed) -> dict[str, Any]:
-        arrays = self._arrays()
+        arrays, seed = self._arrays(), self.grad_out()
         whole = {name: a for name, a in arrays.items() if name == "field"}
-        zero = {name: dr.zeros(type(a), self.job.n) for name, a in self.job.lanes(arrays).items()}
-        with dr.resume_grad():
-            dr.enable_grad(whole)
+        gradients: dict[str, Any] = {}
+        with _expanded(dr.width(self.job.field)):
+            with dr.resume_grad():
+                dr.enable_grad(whole)
+            for part, winners in self._parts():
+                packed = part.packed(self._adjoint(part, winners, part.new(part.own(seed)), arrays, whole))
+                self._make((packed, dr.grad(whole)))
+                part.collect(gradients, packed)
+            gradients |= dr.grad(whole)
+        # Dr.Jit goes by the order of the entries.
+        self.set_grad_in("inputs", {name: gradients[name] for name in self.names})
+
+    def _adjoint(self, job: Job, winners, seed, arrays: dict[str, Any], whole: dict[str, Any]) -> dict[str, Any]:
+        """Gradients of the lanes of a part; those of ``whole`` accumulate in its variables."""
 
         def of_slice(i, azimuth):
             with dr.resume_grad():
-                lanes = self.job.lanes(arrays)
+                lanes = job.lanes(arrays)
                 dr.enable_grad(lanes)
-                value = self._replayed(lanes | whole, i, azimuth)
+                march, accumulator = job.march_of(lanes | whole)
+                value = march.replay(accumulator, winners(i), i, azimuth)
                 dr.backward_from(value * seed)
                 return dr.grad(lanes)
 
-        gradients = self._over_slices(of_slice, zero) | dr.grad(whole)
-        gradients = self.job.gathered(gradients)
-        # Dr.Jit goes by the order of the entries.
-        return {name: gradients[name] for name in self.names}
+        return _over_slices(job, of_slice, {name: dr.zeros(type(a), job.n) for name, a in job.lanes(arrays).items()})
 
     def forward(self):
         arrays, tangents = self._arrays(), self.grad_in("inputs")
-        tangents = self.job.lanes(tangents) | {name: a for name, a in tangents.items() if name == "field"}
+        parts = [(part, self._tangent(part, winners, arrays, tangents)) for part, winners in self._parts()]
+        if len(parts) == 1:
+            self.set_grad_out(parts[0][1])
+            return
+        result = dr.empty(self.job.types.Float, self.job.n)
+        for part, tangent in parts:
+            dr.scatter(result, tangent, part.lane_index())
+        self.set_grad_out(result)
+
+    def _tangent(self, job: Job, winners, arrays: dict[str, Any], tangents: dict[str, Any]):
+        """Change of a part of the result."""
+        field = {name: a for name, a in tangents.items() if name == "field"}
 
         def of_slice(i, azimuth):
             with dr.resume_grad():
-                lanes = self.job.lanes(arrays) | {name: type(a)(a) for name, a in arrays.items() if name == "field"}
+                lanes = job.lanes(arrays) | {name: type(arrays[name])(arrays[name]) for name in field}
                 dr.enable_grad(lanes)
-                dr.set_grad(lanes, tangents)
-                value = self._replayed(lanes, i, azimuth)
+                dr.set_grad(lanes, job.lanes(tangents) | field)
+                march, accumulator = job.march_of(lanes)
+                value = march.replay(accumulator, winners(i), i, azimuth)
                 dr.enqueue(dr.ADMode.Forward, *lanes.values())
                 dr.traverse(dr.ADMode.Forward)
                 return {"value": dr.grad(value)}
 
-        total = self._over_slices(of_slice, {"value": dr.zeros(self.job.types.Float, self.job.n)})
-        self.set_grad_out(total["value"])
+        return _over_slices(job, of_slice, {"value": dr.zeros(job.types.Float, job.n)})["value"]
 
     def _arrays(self) -> dict[str, Any]:
         """The inputs as variables of their own."""
         arrays = self.job.inputs()
         return {name: type(arrays[name])(arrays[name]) for name in self.names}
 
-    def _replayed(self, lanes: dict[str, Any], i, azimuth):
-        job = self.job.with_lanes(lanes)
-        return job.march().replay(job.accumulator, self.winners, i, azimuth)
-
-    def _over_slices(self, of_slice, zero: dict[str, Any]) -> dict[str, Any]:
-        """The sum of what ``of_slice(i, azimuth)`` gives."""
-        march, n_slices = self.job.march(), self.job.switches.n_slices
-
-        def body(i, total, *azimuth):
-            share = of_slice(i, azimuth)
-            return i + 1, {k: total[k] + share[k] for k in total}, *march.next_azimuth(*azimuth)
-
-        state = (self.job.types.UInt(0), zero, *march.first_azimuth())
-        if n_slices <= MAX_UNROLLED:
-            for _ in range(n_slices):
-                state = body(*state)
-        else:
-            state = dr.while_loop(state, lambda i, *_: i < n_slices, body, label="adjoint")
-        return state[1]
-
     def name(self):
         return "gtao"
+
+
+class _Stored(_Envelope):
+    """One launch for the search, which stores the winners, and one for the gradients, whatever happens in between."""
+
+    def _search(self):
+        value, self.winners = self.job.march().search(self.job.accumulator)
+        dr.eval(value, self.winners)
+        return value
+
+    def _parts(self):
+        yield self.job, lambda i: self.job.march().stored(self.winners, i, self.job.accumulator)
+
+
+class _Fused(_Envelope):
+    """Everything in one launch, if nothing is evaluated in between."""
+
+    def _search(self):
+        value, self.winners = self.job.march().search_straight(self.job.accumulator)
+        return value
+
+    def _parts(self):
+        yield self.job, lambda i: self.winners[i]
+
+    def _make(self, arrays):
+        dr.schedule(arrays)
+
+
+class _Banded(_Envelope):
+    """Band after band; the gradients search again, so that memory does not grow with the number of slices."""
+
+    def _search(self):
+        return _mean_of_bands(self.job, self.bands)
+
+    def _parts(self):
+        for band in self.job.bands(self.bands):
+            _, winners = band.march().search(band.accumulator)
+            dr.eval(winners)
+            yield band, lambda i, band=band, winners=winners: band.march().stored(winners, i, band.accumulator)
+
+
+def _over_slices(job: Job, of_slice, zero: dict[str, Any]) -> dict[str, Any]:
+    """The sum of what ``of_slice(i, azimuth)`` gives."""
+    march, n_slices = job.march(), job.switches.n_slices
+
+    def body(i, total, *azimuth):
+        share = of_slice(i, azimuth)
+        return i + 1, {k: total[k] + share[k] for k in total}, *march.next_azimuth(*azimuth)
+
+    if n_slices > MAX_UNROLLED:
+        start = (job.types.UInt(0), zero, *march.first_azimuth())
+        return dr.while_loop(start, lambda i, *_: i < n_slices, body, label="adjoint")[1]
+    state = (0, zero, *march.first_azimuth())
+    for _ in range(n_slices):
+        state = body(*state)
+    return state[1]

@@ -34,7 +34,7 @@ _MODELS: dict[type, str] = {
 }
 
 
-def bitmask_visibility(g: GBuffer, method: VisibilityBitmask, frame_index: int):
+def bitmask_visibility(g: GBuffer, method: VisibilityBitmask, frame_index: int, max_pixels: int | None):
     """Flat visibility of :class:`gtao.VisibilityBitmask`, before power and floor.
 
     Raises:
@@ -74,7 +74,7 @@ def bitmask_visibility(g: GBuffer, method: VisibilityBitmask, frame_index: int):
         size=(camera.width, camera.height),
         types=g.types,
     )
-    return march_frame(g, method, accumulator, radius, frame_index)
+    return march_frame(g, method, accumulator, radius, frame_index, max_pixels)
 
 
 def _cut(method: VisibilityBitmask, radius: Any) -> str:

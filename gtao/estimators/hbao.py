@@ -11,7 +11,7 @@ from .marching import march_frame, opaque
 __all__ = ["hbao_visibility"]
 
 
-def hbao_visibility(g: GBuffer, method: HBAO, frame_index: int):
+def hbao_visibility(g: GBuffer, method: HBAO, frame_index: int, max_pixels: int | None):
     """Flat visibility of :class:`gtao.HBAO`."""
     radius = method.search_radius
     limited = not math.isinf(plain(radius))
@@ -21,4 +21,4 @@ def hbao_visibility(g: GBuffer, method: HBAO, frame_index: int):
         radius2=opaque(g, radius * radius),
         rcp_radius=opaque(g, 1 / radius),
     )
-    return march_frame(g, method, accumulator, radius, frame_index)
+    return march_frame(g, method, accumulator, radius, frame_index, max_pixels)

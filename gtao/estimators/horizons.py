@@ -25,12 +25,12 @@ from .marching import march_frame, opaque
 __all__ = ["horizon_visibility"]
 
 
-def horizon_visibility(g: GBuffer, method: GTAO, frame_index: int):
+def horizon_visibility(g: GBuffer, method: GTAO, frame_index: int, max_pixels: int | None):
     """Flat visibility of :class:`gtao.GTAO`, before power and floor."""
     radius = min(method.search_radius, getattr(method.falloff, "end", math.inf))
     exact = method.falloff is None and not math.isinf(plain(radius))
     accumulator = _sphere_cut(g, method, radius) if exact else _horizon(g, method)
-    flat = march_frame(g, method, accumulator, radius, frame_index)
+    flat = march_frame(g, method, accumulator, radius, frame_index, max_pixels)
     return _faded(g, method, flat) if method.small_radius_fade else flat
 
 

@@ -137,12 +137,13 @@ def _near_and_far(method: Any) -> tuple[float, float]:
     return pyramid.RANGE_FACTOR * start, pyramid.RANGE_FACTOR * end
 
 
-def march_frame(g: GBuffer, method: Any, accumulator: Any, radius: Any, frame_index: int):
+def march_frame(g: GBuffer, method: Any, accumulator: Any, radius: Any, frame_index: int, max_pixels: int | None):
     """The mean over slices of what ``accumulator`` makes of each, flat; see :class:`gtao.kernels.march.March`.
 
     Args:
         method: a configuration derived from :class:`gtao.config.SliceMethod`.
         radius: how far the search reaches in scene units; ``inf`` for as far as the frame.
+        max_pixels: largest number of pixels to estimate at once; None for all.
 
     Raises:
         ConfigError: gradients are asked for an option that has none, or through more steps per side than can be
@@ -159,4 +160,4 @@ def march_frame(g: GBuffer, method: Any, accumulator: Any, radius: Any, frame_in
         field = abs(field) if switches.fetch == "bilinear" else field
     normal, unit = g.normals_to_be_normalised() or (g.normal_v.array, None)
     scalars = _scalars(g, method, radius, frame_index)
-    return estimate(Job(g.view_z.array, normal, unit, field, accumulator, switches, scalars, g.types))
+    return estimate(Job(g.view_z.array, normal, unit, field, accumulator, switches, scalars, g.types), max_pixels)

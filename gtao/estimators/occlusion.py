@@ -24,32 +24,43 @@ _METHODS: dict[type, Callable[..., Any]] = {
     GTAO: horizon_visibility,
     HBAO: hbao_visibility,
     VisibilityBitmask: bitmask_visibility,
-    HeightfieldHorizon: horizon_truth,
 }
+_TRUTHS: dict[type, Callable[..., Any]] = {HeightfieldHorizon: horizon_truth}
 _MONTE_CARLO: dict[type, Callable[..., tuple[Any, Any]]] = {HeightfieldRayMarch: march_truth}
 
 # What :func:`gtao.kernels.shaping.shape` does to the results of methods that have these options.
 _SHAPING = {"power": 1.0, "floor": 0.0, "ceiling": math.inf}
 
 
-def ambient_occlusion(g: GBuffer, method: Any = None, *, frame_index: int = 0) -> AmbientOcclusion:
+def ambient_occlusion(
+    g: GBuffer, method: Any = None, *, frame_index: int = 0, max_pixels: int | None = None
+) -> AmbientOcclusion:
     """Visibility of every pixel, estimated from depth and normals alone.
 
     Args:
         g: the frame.
         method: a strategy object; ``GTAO()`` if left out.
         frame_index: position in the temporal noise sequence, at least 0.
+        max_pixels: estimate bands of rows one after the other, of at most so many pixels each but one row at least.
+            The result is the same; its gradients then need no memory for what the search found, but a second search.
+            Not for the ground truths.
 
     Returns:
         The visibility as an (H, W) tensor in the precision of ``g``, lazily evaluated in one kernel; from Monte Carlo
-        methods with its variance, both evaluated.
+        methods with its variance, both evaluated; evaluated as well if anything carries gradients or in bands.
+
+    Gradients flow to depth, normals, numbers of the camera and continuous options, in reverse and in forward mode, if
+    they were enabled before the frame was made. They are those of the samples that define the horizons (theory, eq.
+    (88)), and of every sample where the horizon depends on all of them (a running thickness, an index falloff, a
+    falloff toward the horizon, HBAO's attenuation by sample, soft horizons).
 
     Raises:
-        ConfigError: ``method`` is no strategy object, ``frame_index`` is negative, or gradients are asked through
-            more steps per side than can be unrolled or of a ground truth.
+        ConfigError: ``method`` is no strategy object, ``frame_index`` is negative, ``max_pixels`` is not positive or
+            asked of a ground truth; or gradients are asked of a ground truth, a bitmask, an option that has none, or
+            through more samples than can be unrolled.
     """
     method = GTAO() if method is None else method
-    kinds = _METHODS | _MONTE_CARLO
+    kinds = _METHODS | _TRUTHS | _MONTE_CARLO
     if type(method) not in kinds:
         choices = ", ".join(f"gtao.{kind.__name__}" for kind in kinds)
         raise ConfigError(f"method must be one of {choices}, got {type(method).__name__}")
@@ -57,12 +68,18 @@ def ambient_occlusion(g: GBuffer, method: Any = None, *, frame_index: int = 0) -
         raise ConfigError(f"g must be a gtao.GBuffer, got {type(g).__name__}")
     if isinstance(frame_index, bool) or not isinstance(frame_index, int) or frame_index < 0:
         raise ConfigError(f"frame_index must be a non-negative integer, got {frame_index!r}")
+    if max_pixels is not None and (isinstance(max_pixels, bool) or not isinstance(max_pixels, int) or max_pixels < 1):
+        raise ConfigError(f"max_pixels must be a positive integer or None, got {max_pixels!r}")
+    if max_pixels is not None and type(method) not in _METHODS:
+        raise ConfigError(f"{type(method).__name__} estimates whole frames: leave max_pixels out")
     variance = None
     if type(method) in _MONTE_CARLO:
         flat, variance = _MONTE_CARLO[type(method)](g, method, frame_index)
         variance = g.types.Tensor(variance, g.shape)
+    elif type(method) in _TRUTHS:
+        flat = _TRUTHS[type(method)](g, method, frame_index)
     else:
-        flat = _METHODS[type(method)](g, method, frame_index)
+        flat = _METHODS[type(method)](g, method, frame_index, max_pixels)
     shaped = tuple(getattr(method, name, default) for name, default in _SHAPING.items())
     if any(map(is_attached, shaped)) or shaped != tuple(_SHAPING.values()):
         flat = shape(flat, *(opaque(g, value) for value in shaped))

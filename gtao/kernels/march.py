@@ -19,6 +19,7 @@ import drjit as dr
 
 from . import fetch, hbao, horizon, noise, pyramid, reach, slices, steps, taps
 from .march_types import Pixel, Sample, Scalars, Slice, Switches
+from .shaded_point import shaded_point
 from .winners import Packing, Tracked
 
 __all__ = ["March"]
@@ -80,7 +81,7 @@ class March:
         z = dr.select(surface, view_z, 1)
         if k.pulled:
             z = z * s.pull
-        pixel, bent, facing = _pixel(x, y, z, normal, k, s, Float)
+        pixel, bent, facing = shaded_point(x, y, z, normal, k, s, Float)
         slice_frame = slices.frame(k.slice_measure, pixel.V, bent, pixel.nV)
         rotation, offset = noise.pattern(k.noise, xi, yi, s.frame_rotation, s.frame_offset, s.key, Float)
         extent = None if k.unlimited else reach.sphere_extent(k, s.radius, z, pixel.p)
@@ -109,30 +110,32 @@ class March:
 
         return self._closed(self._loop(body)), winners
 
-    def replay(self, accumulator, winners, i, azimuth):
+    def search_straight(self, accumulator):
+        """:meth:`mean` in straight code, and the packed numbers of the winning steps, words of slice after slice."""
+        packing = Packing(self.k.n_steps, accumulator.n_extrema)
+        tracked = Tracked(accumulator, packing, self.types.UInt)
+        azimuth, total, winners = self.first_azimuth(), 0, []
+        for i in range(self.k.n_slices):
+            value, words = self._value(tracked, self._slice(i, *azimuth))
+            total, azimuth = total + value, self.next_azimuth(*azimuth)
+            winners.append(words)
+        return self._closed(total), winners
+
+    def stored(self, winners, i, accumulator):
+        """The words of slice ``i`` in the second result of :meth:`search`."""
+        packing = Packing(self.k.n_steps, accumulator.n_extrema)
+        lane = dr.arange(self.types.UInt, self.n)
+        return [dr.gather(self.types.UInt, winners, place) for place in self._places(packing, i, lane)]
+
+    def replay(self, accumulator, words, i, azimuth):
         """What slice ``i`` adds to :meth:`mean`, from its winning samples alone.
 
         Args:
-            winners: the second result of :meth:`search`.
+            words: packed numbers of the winners.
             azimuth: cosine, sine and step offset of the slice, see :meth:`first_azimuth`.
         """
-        packing = Packing(self.k.n_steps, accumulator.n_extrema)
-        lane = dr.arange(self.types.UInt, self.n)
-        words = [dr.gather(self.types.UInt, winners, place) for place in self._places(packing, i, lane)]
-        return self._share(self._replayed(accumulator, self._slice(i, *azimuth), packing.unpack(words)))
-
-    def envelope(self, accumulator):
-        """:meth:`search` without and :meth:`replay` with gradients in one piece, slices unrolled."""
-        packing = Packing(self.k.n_steps, accumulator.n_extrema)
-        tracked = Tracked(accumulator, packing, self.types.UInt)
-        azimuth, total = self.first_azimuth(), 0
-        for i in range(self.k.n_slices):
-            sl = self._slice(i, *azimuth)
-            with dr.suspend_grad():
-                _, words = self._value(tracked, sl)
-            total = total + self._replayed(accumulator, sl, packing.unpack(words))
-            azimuth = self.next_azimuth(*azimuth)
-        return self._closed(total)
+        numbers = Packing(self.k.n_steps, accumulator.n_extrema).unpack(words)
+        return self._share(self._replayed(accumulator, self._slice(i, *azimuth), numbers))
 
     def _share(self, value):
         """What a slice adds to the mean, whose sum is 0 on the background."""
@@ -242,33 +245,3 @@ class March:
             sample = self._sample(sl, side, self.types.Float(dr.select(found, number, 0)), found)
             state = dr.select(found, accumulator.add(state, side, sample, sl), state)
         return accumulator.finish(state, sl)
-
-
-def _pixel(x, y, z, normal, k: Switches, s: Scalars, Float):
-    """The shaded point; its normal, facing the zenith; and, if slices do not contain the zenith, facing the eye."""
-    X, Y = dr.fma(x, s.ax, s.bx), dr.fma(y, s.ay, s.by)
-    a2 = dr.fma(X, X, dr.fma(Y, Y, 1))
-    rcp_a = dr.rsqrt(a2)
-    axis = (Float(0), Float(0), Float(1))
-    if k.orthographic:
-        P, p, V = (X, Y, -z), None, axis
-    else:
-        # Made of X and Y alone, V has no derivative by depth that the adjoint would have to find to be zero.
-        P, p, V = (X * z, Y * z, -z), z * (a2 * rcp_a), (-X * rcp_a, -Y * rcp_a, rcp_a)
-    n, nV = _bent(normal, V)
-    facing = None
-    if k.zenith == "optical_axis" and not k.orthographic:
-        facing, V = n, axis
-        n, nV = _bent(n, V)
-    return Pixel(x, y, X, Y, rcp_a * rcp_a, P, p, V, nV), n, facing
-
-
-def _bent(n, V):
-    """The normal, turned until it is seen edge-on if it faces away from V, and ⟨N, V⟩: closed forms need n_V > 0."""
-    nV = dr.fma(n[0], V[0], dr.fma(n[1], V[1], n[2] * V[2]))
-    facing = 1e-3
-    bend = dr.select(nV < facing, facing - nV, 0)
-    n = tuple(dr.fma(bend, v, c) for c, v in zip(n, V, strict=True))
-    scale = dr.rsqrt(dr.fma(n[0], n[0], dr.fma(n[1], n[1], n[2] * n[2])))
-    n = tuple(c * scale for c in n)
-    return n, dr.fma(n[0], V[0], dr.fma(n[1], V[1], n[2] * V[2]))
