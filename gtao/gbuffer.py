@@ -198,12 +198,12 @@ class GBuffer:
         return dr.unravel(self.types.Array3, self.normal_v.array)
 
     def normals_to_be_normalised(self):
-        """The normals as they came and :func:`gtao.kernels.normals.unit`'s tolerance; None if they are derived.
+        """The normals, flat, and the tolerance with which :func:`gtao.kernels.normals.unit` is to normalise them.
 
-        An estimate normalises them in its own kernel, and its adjoint does too: that costs nothing beside the rest, and
-        a second copy would be the largest array of the frame.
+        An estimate does that in its own kernel, and its adjoint too: it costs nothing beside the rest, and a normalised
+        copy would be the largest array of the frame. Normals that are normalised already do not change.
         """
-        return None if self._given is None else (self._given, self._tolerance)
+        return self.normal_v.array if self._given is None else self._given, self._tolerance
 
     def _positions(self):
         """Function of texel coordinates and depth to points in the view frame, the camera's numbers kernel inputs."""

@@ -65,8 +65,7 @@ def from_depth(view_z, position, width, height, orthographic, types):
     n = dr.cross(tx, ty)
     length2 = dr.squared_norm(n)
     ok = surface & okx & oky & (dr.detach(length2) > 0)
-    n = n * dr.rsqrt(dr.select(ok, length2, 1))
-    return dr.select(ok, n, A3(0, 0, 1))
+    return dr.select(ok, n / dr.sqrt(dr.select(ok, length2, 1)), A3(0, 0, 1))
 
 
 def unit(n, surface, rounding):
@@ -76,7 +75,7 @@ def unit(n, surface, rounding):
     again does not drift; their derivative is that of the others.
     """
     length = dr.norm(n)
-    exact = n / dr.select(surface, length, 1)
+    exact = n * (1 / dr.select(surface, length, 1))
     kept = dr.select(abs(length - 1) > rounding, exact, n)
     n = dr.replace_grad(kept, exact) if dr.grad_enabled(n) else kept
     return dr.select(surface, n, type(n)(0, 0, 1))

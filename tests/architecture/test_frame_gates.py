@@ -41,13 +41,17 @@ class TestLaunches:
     @pytest.mark.parametrize("albedo", [None, ALBEDO], ids=["", "albedo"])
     @pytest.mark.parametrize("normal_v", [N, None], ids=["normals", "derived"])
     def test_one_look_at_a_frame(self, normal_v, albedo):
-        assert len(launches(lambda: gtao.GBuffer(Z, normal_v, CAMERA, albedo).normal_v)) == 1
+        def frame():
+            g = gtao.GBuffer(Z, normal_v, CAMERA, albedo)
+            return g.normal_v if g.normals_derived else None
+
+        assert len(launches(frame)) == 1
 
     def test_one_look_at_depth_layers_and_one_at_the_frame(self):
         front = np.stack([Z, Z + 1])
 
         def frame():
-            return gtao.GBuffer(Z, N, CAMERA, layers=gtao.DepthLayers(front, front + 0.5)).normal_v
+            gtao.GBuffer(Z, N, CAMERA, layers=gtao.DepthLayers(front, front + 0.5))
 
         assert len(launches(frame)) == 2
 
@@ -66,7 +70,7 @@ class TestLaunches:
         ids=["normals", "normals, looked at", "derived", "derived, looked at"],
     )
     def test_a_frame_and_its_occlusion(self, normal_v, validate, expected):
-        """Without a look normals are normalised where they are used; derived ones are kept."""
+        """Normals are normalised where they are used; derived ones are kept."""
 
         def frame():
             g = gtao.GBuffer(Z, normal_v, CAMERA, validate=validate)
@@ -116,6 +120,17 @@ class TestRecompilation:
             kernels = launches(work)
             assert kernels
             assert all(k["cache_hit"] for k in kernels) or not known
+
+    def test_normals_that_come_and_normals_that_are_derived_go_into_one_kernel(self):
+        """Looked at or not, before anyone asked for them and after."""
+        frames = [gtao.GBuffer(Z, n, CAMERA, validate=validate) for n in (N, None) for validate in (True, False)]
+
+        def estimates():
+            return {launches(lambda g=g: gtao.ambient_occlusion(g, METHOD).visibility)[-1]["hash"] for g in frames}
+
+        before = estimates()
+        dr.eval([g.normal_v for g in frames])
+        assert len(before | estimates()) == 1
 
     def test_arrays_of_any_alignment_are_the_same_kernel(self):
         hashes = {
