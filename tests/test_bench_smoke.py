@@ -91,6 +91,11 @@ def test_a_step_gives_the_loss_and_its_gradients():
     assert loss[0] == pytest.approx(np.mean((visibility - 0.5) ** 2), rel=1e-5)
     assert d_z.shape == g.view_z.shape
     assert np.any(d_n.numpy())
+    found = package.fused(g, method)()
+    assert found.value[0] == pytest.approx(loss[0], rel=1e-5)
+    # The same terms, scattered in another order.
+    for ours, theirs in ((found.view_z, d_z), (found.normal_v, d_n)):
+        assert abs(ours - theirs).numpy().sum() < 1e-5 * abs(theirs).numpy().sum()
 
 
 @pytest.mark.parametrize("name", clock.CLOCKS)

@@ -17,7 +17,7 @@ from .harness.table import milliseconds
 from .harness.work import COUNTS, Work, frame
 
 #: Bytes per pixel that no implementation can do without: depth, normals and visibility; and the four gradients.
-BYTES = {"estimate": 20, "estimate and gradients": 36}
+BYTES = {"estimate": 20, "estimate and gradients": 36, "estimate and gradients, fused": 36}
 STREAMED = 1 << 26
 
 
@@ -43,6 +43,7 @@ def measure(options):
         made = {
             "estimate": (package.estimate, package.frozen_estimate),
             "estimate and gradients": (package.gradient, package.frozen_gradient),
+            "estimate and gradients, fused": (package.fused, package.frozen_fused),
         }
         for what, (plain, frozen) in made.items():
             kernels = interleave({what: plain(g, method)}, "kernels", options.rounds, options.budget_s / 4)

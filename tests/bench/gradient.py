@@ -1,4 +1,4 @@
-"""Gradient: an estimate and the gradients of a loss by depth and normals, over the estimate alone; PyTorch.
+"""Gradient: an estimate with the gradients of a loss by depth and normals, over the estimate alone; PyTorch.
 
 python -m tests.bench.gradient [--quick]
 """
@@ -12,7 +12,7 @@ from .harness.rivals import twin
 from .harness.table import HEAD, ratio_rows
 from .harness.work import Work, frame
 
-ESTIMATE, GRADIENT = "estimate", "estimate and gradients"
+ESTIMATE, GRADIENT, FUSED = "estimate", "estimate and gradients", "estimate and gradients, fused"
 COUNTS = {"1x8": (1, 8), "1x32": (1, 32), "3x4": (3, 4), "9x3": (9, 3)}
 #: What PyTorch is given: autograd keeps every sample's intermediate values, 300 bytes of them.
 TORCH_QUICK, TORCH = (("540p", "1x8"),), (("1080p", "1x8"), ("540p", "3x4"))
@@ -43,7 +43,11 @@ def measure(options):
     for name, counts in COUNTS.items():
         work = Work.of(size, counts)
         g, method = frame(work).gbuffer(work), work.method()
-        runs = {ESTIMATE: package.estimate(g, method), GRADIENT: package.gradient(g, method)}
+        runs = {
+            ESTIMATE: package.estimate(g, method),
+            GRADIENT: package.gradient(g, method),
+            FUSED: package.fused(g, method),
+        }
         entries.append({"size": size, "counts": name, "rows": compare(runs, ESTIMATE, options)})
     if torch_twin:
         for size, name in TORCH_QUICK if options.quick else TORCH:
@@ -53,6 +57,7 @@ def measure(options):
             theirs = torch_twin.Twin(scene, work)
             runs = {
                 GRADIENT: package.gradient(g, method),
+                FUSED: package.fused(g, method),
                 f"PyTorch, {ESTIMATE}": theirs.value,
                 f"PyTorch, {GRADIENT}": theirs.value_and_gradient,
             }

@@ -9,6 +9,7 @@ from .harness.options import run_section
 from .harness.work import Work, frame
 
 ESTIMATE, GRADIENT, CPP = "estimate", "estimate and gradients", "C++, scalar loads"
+FUSED = f"{GRADIENT}, fused"
 #: Sixteenths of the sides of 4K.
 SIDES = (1, 2, 4, 8, 16)
 SIDES_QUICK = (1, 2, 4)
@@ -20,7 +21,11 @@ BY_TAPS_QUICK = ((1, 1), (1, 4), (1, 16), (1, 32))
 def point(work, options):
     scene = frame(work)
     g, method = scene.gbuffer(work), work.method()
-    runs = {ESTIMATE: package.estimate(g, method), GRADIENT: package.gradient(g, method)}
+    runs = {
+        ESTIMATE: package.estimate(g, method),
+        GRADIENT: package.gradient(g, method),
+        FUSED: package.fused(g, method),
+    }
     if options.on_host:
         try:
             cpp = reference.runs(reference.load(options.reference), scene, work)

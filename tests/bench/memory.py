@@ -28,6 +28,7 @@ CASES = (
     ("estimate", "1080p", "1x8"),
     ("estimate and gradients", "1080p", "1x8"),
     ("estimate and gradients", "1080p", "1x32"),
+    ("estimate and gradients, fused", "1080p", "1x8"),
     ("estimate with a pyramid", "1080p", "1x8"),
     ("NumPy", "1080p", "1x8"),
     ("Numba", "1080p", "1x8"),
@@ -36,7 +37,9 @@ CASES = (
 LONG = (
     ("estimate", "4K", "9x3"),
     ("estimate", "8K", "1x8"),
+    ("estimate in bands", "8K", "1x8"),
     ("estimate and gradients", "8K", "1x8"),
+    ("estimate and gradients, fused", "8K", "1x8"),
     ("PyTorch, estimate and gradients", "1080p", "1x8"),
 )
 
@@ -54,7 +57,8 @@ def _build(what, work, scene, directory):
     g = scene.gbuffer(work)
     dr.eval(g.view_z, g.normal_v, g.mask)
     method = work.method(pyramid=gtao.DepthPyramid() if what.endswith("pyramid") else None)
-    return (package.gradient if what.endswith("gradients") else package.estimate)(g, method)
+    kinds = {"gradients": package.gradient, "fused": package.fused, "bands": package.bands}
+    return kinds.get(what.rpartition(" ")[2], package.estimate)(g, method)
 
 
 def _resident(key):

@@ -30,6 +30,7 @@ def calls(g, work):
         "estimate, new frame": package.estimate_new_frame(g, method, validate=False),
         "estimate, new frame, frozen": package.frozen_estimate(g, method),
         "estimate and gradients": package.gradient(g, method),
+        "estimate and gradients, fused": package.fused(g, method),
         "estimate and gradients, frozen": package.frozen_gradient(g, method),
     }
 

@@ -4,6 +4,7 @@ __all__ = ["HEAD", "check", "rows"]
 
 HEAD = ("", "at", "wanted", "best", "median", "")
 ESTIMATE, GRADIENT, PACKAGE = "estimate", "estimate and gradients", "gtao"
+FUSED = f"{GRADIENT}, fused"
 CPP = ("C++, scalar loads", "C++, vector gathers")
 #: Where comparisons are made, the quick ones last.
 SIZES = ("1080p", "540p")
@@ -46,18 +47,21 @@ def _against(rival):
     return find
 
 
-def _gradient(counts):
+def _gradient(counts, kind=GRADIENT):
     def find(n):
         size = _main_size(n, "gradient")
-        return size, *_over(_entry(n, "gradient", size=size, counts=counts)["rows"], GRADIENT, [ESTIMATE])
+        return size, *_over(_entry(n, "gradient", size=size, counts=counts)["rows"], kind, [ESTIMATE])
 
     return find
 
 
-def _torch(n):
-    size, theirs = _main_size(n, "gradient"), f"PyTorch, {GRADIENT}"
-    rows = next(e["rows"] for e in n["gradient"]["entries"] if e["size"] == size and theirs in e["rows"])
-    return size, *_over(rows, theirs, [GRADIENT])
+def _torch(kind):
+    def find(n):
+        size, theirs = _main_size(n, "gradient"), f"PyTorch, {GRADIENT}"
+        rows = next(e["rows"] for e in n["gradient"]["entries"] if e["size"] == size and theirs in e["rows"])
+        return size, *_over(rows, theirs, [kind])
+
+    return find
 
 
 def _memory(what, size, unit, key):
@@ -117,8 +121,12 @@ GOALS = (
     ("times as fast as NumPy", 10.0, False, _against("NumPy, 16 rows at a time")),
     ("with gradients over without, 1x8", 2.7, True, _gradient("1x8")),
     ("with gradients over without, 1x32", 1.5, True, _gradient("1x32")),
-    ("gradients, times as fast as PyTorch", 15.0, False, _torch),
+    ("with fused gradients over without, 1x8", 2.2, True, _gradient("1x8", FUSED)),
+    ("with fused gradients over without, 1x32", 1.4, True, _gradient("1x32", FUSED)),
+    ("gradients, times as fast as PyTorch", 15.0, False, _torch(GRADIENT)),
+    ("fused gradients, times as fast as PyTorch", 15.0, False, _torch(FUSED)),
     ("memory with gradients, MB", 60.0, True, _memory(GRADIENT, "1080p", 1e6, "dr")),
+    ("memory with fused gradients, MB", 60.0, True, _memory(FUSED, "1080p", 1e6, "dr")),
     ("memory, GB", 1.0, True, _memory(ESTIMATE, "8K", 1e9, "process")),
     ("call, ms", 0.6, True, _call),
     ("first frame, empty kernel cache, s", 0.2, True, _first_frame("cold")),

@@ -7,10 +7,13 @@ import gtao
 from .work import FRAME_INDEX
 
 __all__ = [
+    "bands",
     "estimate",
     "estimate_new_frame",
     "frozen_estimate",
+    "frozen_fused",
     "frozen_gradient",
+    "fused",
     "gradient",
     "gradient_step",
     "image",
@@ -71,6 +74,30 @@ def gradient(g, method):
     return run
 
 
+def _term(g):
+    """What a pixel adds to :func:`loss`."""
+    share = 1 / (g.shape[0] * g.shape[1])
+    return lambda visibility: dr.square(visibility - 0.5) * share
+
+
+def fused(g, method):
+    """The same in one launch, for losses that look at each pixel on its own."""
+
+    def run():
+        return gtao.value_and_gradient(_term(g), g, method, frame_index=FRAME_INDEX)
+
+    return run
+
+
+def bands(g, method):
+    """One estimate, a megapixel at a time."""
+
+    def run():
+        dr.eval(gtao.ambient_occlusion(g, method, frame_index=FRAME_INDEX, max_pixels=1 << 20).visibility)
+
+    return run
+
+
 def frozen_estimate(g, method):
     """:func:`estimate_new_frame` as a recorded sequence of launches, which leaves the tracing out."""
 
@@ -90,6 +117,21 @@ def frozen_gradient(g, method):
     @dr.freeze
     def step(view_z, normal_v):
         return gradient_step(view_z, normal_v, g.camera, method)
+
+    def run():
+        dr.eval(step(g.view_z, g.normal_v))
+
+    return run
+
+
+def frozen_fused(g, method):
+    """:func:`fused` as a recorded sequence of launches."""
+
+    @dr.freeze
+    def step(view_z, normal_v):
+        frame = gtao.GBuffer(view_z, normal_v, g.camera, validate=False)
+        found = gtao.value_and_gradient(_term(g), frame, method, frame_index=FRAME_INDEX)
+        return found.value, found.view_z, found.normal_v
 
     def run():
         dr.eval(step(g.view_z, g.normal_v))
