@@ -52,13 +52,16 @@ def from_depth(view_z, position, width, height, orthographic, types):
         return dr.select(ok1, dr.select(ok2, abs(centre - 2 * f1 + f2), abs(centre - f1)), dr.inf)
 
     def tangent(dx, dy):
-        """Along +(dx, dy), from the better side, and whether there is one."""
+        """Unit vector along +(dx, dy), from the better side, and whether there is one."""
         forth, back = miss(dx, dy), miss(-dx, -dy)
         ok = (forth < dr.inf) | (back < dr.inf)
         sign = dr.select(forth <= back, Int(1), Int(-1))
         i, _ = neighbour(sign * dx, sign * dy)
         z = dr.select(ok, dr.gather(Float, tapped, i, ok), 1)
-        return Float(sign) * (position(Int(x) + sign * dx, Int(y) + sign * dy, z) - P), ok
+        t = Float(sign) * (position(Int(x) + sign * dx, Int(y) + sign * dy, z) - P)
+        # The square of a product of two such differences may overflow.
+        length2 = dr.squared_norm(t)
+        return t * dr.rsqrt(dr.select(length2 > 0, length2, 1)), ok
 
     tx, okx = tangent(1, 0)
     ty, oky = tangent(0, -1)

@@ -50,3 +50,14 @@ def test_a_grazing_normal_keeps_its_side_in_single_precision():
     # A neighbour is nearer by e^4 at most, so the two tangents differ by at least the angle of a pixel over e^4; their
     # rounding turns the plane through them by 2^-24 over that.
     assert np.abs(n - double.normal_v.numpy()).max() < 2**-24 * camera.fy * np.exp(4)
+
+
+@pytest.mark.parametrize("kind", cameras())
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_normals_between_any_depths_are_unit_vectors(kind, dtype):
+    """From 1e-12 to 1e12 side by side: the square of a cross product of such differences would overflow."""
+    camera = cameras()[kind]
+    view_z = 10 ** np.random.default_rng(2).uniform(-11.9, 11.9, camera.shape)
+    n = gtao.GBuffer(view_z.astype(dtype), None, camera).normal_v.numpy()
+    # A length, a square root and a division, each rounded.
+    assert np.abs(np.linalg.norm(n, axis=-1) - 1).max() <= 3 * np.finfo(dtype).eps
