@@ -8,6 +8,7 @@ import drjit as dr
 
 from . import backend
 from .camera import OrthographicCamera, PerspectiveCamera
+from .config import plain
 from .errors import ShapeError
 from .kernels import fetch, normals, pyramid
 from .layers import DepthLayers
@@ -181,17 +182,28 @@ class GBuffer:
         value = z if camera.is_orthographic else 1 / z
         return dr.replace_grad(field, dr.select(dr.copysign(self.types.Float(1), field) < 0, -value, value))
 
-    def depth_pyramid(self, table: pyramid.Table, name: str, start: float, end: float):
-        """Depth at several resolutions; see :func:`gtao.kernels.pyramid.build`. The last one made is kept."""
-        key, attached = (table, name, start, end), dr.grad_enabled(self.view_z)
+    def depth_pyramid(self, table: pyramid.Table, name: str, start: Any, end: Any):
+        """Depth at several resolutions; see :func:`gtao.kernels.pyramid.build`. The last one made is kept.
+
+        ``start`` and ``end`` are numbers or Dr.Jit floats of width 1, whose gradients stay attached.
+        """
+        bounds = [self._width_one(value) for value in (start, end)]
+        key, attached = (table, name, plain(start), plain(end)), dr.grad_enabled(self.view_z, *bounds)
         if attached or self._pyramid[0] != key:
-            bounds = (dr.opaque(self.types.Float, value) for value in (start, end))
             levels = pyramid.build(self.view_z.array, table, name, *bounds, self.types)
             dr.eval(levels)
             if attached:
                 return levels
             self._pyramid = key, levels
         return self._pyramid[1]
+
+    def _width_one(self, value: Any):
+        """A kernel input that is no literal; gradients of a Dr.Jit float stay attached."""
+        if not dr.is_array_v(value):
+            return dr.opaque(self.types.Float, value)
+        value = self.types.Float(value)
+        dr.make_opaque(value)
+        return value
 
     def normal_arrays(self):
         """The normals as an Array3."""
