@@ -1,11 +1,13 @@
 """Which numbers of a configuration or a camera carry gradients."""
 
-from dataclasses import fields, is_dataclass
+from dataclasses import is_dataclass
 from typing import Any
 
 import drjit as dr
 
 __all__ = ["attached_numbers", "is_attached"]
+
+_PLAIN = frozenset({float, int, bool, str, tuple, type(None)})
 
 
 def is_attached(value: Any) -> bool:
@@ -16,10 +18,12 @@ def is_attached(value: Any) -> bool:
 def attached_numbers(config: Any, prefix: str = "") -> tuple[str, ...]:
     """Paths of the numbers in a configuration or a camera that carry gradients, such as "falloff.end"."""
     found: list[str] = []
-    for f in fields(config):
-        value = getattr(config, f.name)
+    # Every call of an estimator asks, so that the usual answer has to be quick.
+    for name, value in vars(config).items():
+        if type(value) in _PLAIN:
+            continue
         if is_dataclass(value):
-            found += attached_numbers(value, f"{prefix}{f.name}.")
+            found += attached_numbers(value, f"{prefix}{name}.")
         elif is_attached(value):
-            found.append(prefix + f.name)
+            found.append(prefix + name)
     return tuple(found)

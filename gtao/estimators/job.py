@@ -1,7 +1,7 @@
 """Everything that a march is given, in one piece whose arrays can be exchanged by name."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import drjit as dr
@@ -61,12 +61,13 @@ class Job:
         """
         arrays = {name: getattr(self, name) for name in ("view_z", "normal", "field")}
         for name in ("accumulator", "scalars"):
-            part = getattr(self, name)
-            arrays |= {f"{name}.{f.name}": getattr(part, f.name) for f in fields(part)}
+            arrays |= {f"{name}.{key}": value for key, value in vars(getattr(self, name)).items()}
         return {name: a for name, a in arrays.items() if dr.is_array_v(a) and dr.is_float_v(a)}
 
     def with_inputs(self, inputs: dict[str, Any]) -> "Job":
         """The same job with some arrays replaced, by the names of :meth:`inputs`."""
+        if not inputs:
+            return self
 
         def of(prefix):
             return {name.removeprefix(prefix): v for name, v in inputs.items() if name.startswith(prefix)}

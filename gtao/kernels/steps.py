@@ -3,6 +3,8 @@
 Theory, eq. (63). Engines differ here more than anywhere else, and with few samples it shows.
 """
 
+from functools import cache
+
 import drjit as dr
 
 from .noise import GOLDEN, frac
@@ -13,6 +15,7 @@ __all__ = ["LAWS", "MAX_UNROLLED", "block_length", "distance", "jitter"]
 MAX_UNROLLED = 32
 
 
+@cache
 def block_length(n_steps, limit=MAX_UNROLLED):
     """Largest divisor of the step count that is worth unrolling."""
     return max(k for k in range(1, min(n_steps, limit) + 1) if n_steps % k == 0)
