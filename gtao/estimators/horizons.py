@@ -21,6 +21,7 @@ from gtao.kernels.shaping import small_radius_fade
 
 from .attached import is_attached
 from .marching import march_frame, opaque
+from .soft import softened
 
 __all__ = ["horizon_visibility"]
 
@@ -30,6 +31,8 @@ def horizon_visibility(g: GBuffer, method: GTAO, frame_index: int, max_pixels: i
     radius = min(method.search_radius, getattr(method.falloff, "end", math.inf))
     exact = method.falloff is None and not math.isinf(plain(radius))
     accumulator = _sphere_cut(g, method, radius) if exact else _horizon(g, method)
+    if method.soft_horizon is not None:
+        accumulator = softened(accumulator, opaque(g, method.soft_horizon))
     flat = march_frame(g, method, accumulator, radius, frame_index, max_pixels)
     return _faded(g, method, flat) if method.small_radius_fade else flat
 

@@ -11,6 +11,8 @@ from gtao import backend
 
 #: Of the derivatives at random pixels, those that may lie at a kink, where differences do not agree with each other.
 KINKS = 0.01
+#: A smaller derivative changes no digit of an image whose input moves by as little as differences do.
+NEGLIGIBLE = 1e-11
 
 
 def native(value, single=False):
@@ -42,14 +44,15 @@ def pullback(f, values, weights, names=None, single=False):
     return {name: as_numpy(dr.grad(value)) for name, value in attached.items()}
 
 
-def pushforward(f, values, name, direction=1.0):
-    """The image's derivative where ``values[name]`` moves along a direction."""
-    inputs = {key: native(value) for key, value in values.items()}
-    dr.enable_grad(inputs[name])
+def pushforward(f, values, directions):
+    """The image's derivative where the inputs move along directions, all at once."""
+    inputs = {name: native(value) for name, value in values.items()}
+    dr.enable_grad([inputs[name] for name in directions])
     result = f(inputs)
-    variable = inputs[name].array if dr.is_tensor_v(inputs[name]) else inputs[name]
-    dr.set_grad(variable, type(variable)(np.ravel(np.asarray(direction, float))))
-    dr.enqueue(dr.ADMode.Forward, variable)
+    for name, direction in directions.items():
+        variable = inputs[name].array if dr.is_tensor_v(inputs[name]) else inputs[name]
+        dr.set_grad(variable, type(variable)(np.ravel(np.asarray(direction, float))))
+        dr.enqueue(dr.ADMode.Forward, variable)
     dr.traverse(dr.ADMode.Forward)
     return dr.grad(result).numpy()
 
@@ -71,7 +74,8 @@ def check(f, values, name, directions=(1.0,), seed=5):
     assert np.mean(~resolved) <= KINKS, f"kinks in {100 * np.mean(~resolved):.1f} % of the derivatives by {name}"
     missed = []
     for d, direction in zip(found, directions, strict=True):
-        missed += oracle.disagreements(pushforward(f, values, name, direction), d)
+        forward = pushforward(f, values, {name: direction})
+        missed += oracle.disagreements(np.where(np.abs(forward) < NEGLIGIBLE, 0.0, forward), d)
         # A loss that every resolved pixel counts in, each with a weight of its own.
         weights = np.random.default_rng(seed).standard_normal(d.value.shape) * d.resolved
         gradient = pullback(f, values, weights, (name,))[name]

@@ -2,7 +2,8 @@
 
 from .horizon import Horizon
 from .sectors import Sectors
+from .soft import SoftHorizon, SoftSphereCut
 from .sphere import SphereCut
 from .tangent import TangentToHorizon
 
-__all__ = ["Horizon", "Sectors", "SphereCut", "TangentToHorizon"]
+__all__ = ["Horizon", "Sectors", "SoftHorizon", "SoftSphereCut", "SphereCut", "TangentToHorizon"]
