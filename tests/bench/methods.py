@@ -13,6 +13,8 @@ from .harness.work import COUNTS, Work, frame
 
 BASE = "linear falloff"
 ARCCOSINES = ("two_term", "bit_trick")
+SOFT, TEMPERATURE = "linear falloff, soft horizons", 0.02
+GRADIENT = "estimate and gradients"
 
 
 def methods(work):
@@ -22,6 +24,7 @@ def methods(work):
     falloff = {"falloff": gtao.LinearFalloff(start=work.full, end=work.radius)}
     return {
         BASE: work.method(),
+        SOFT: work.method(soft_horizon=TEMPERATURE),
         "linear falloff, slices even about the view": gtao.GTAO(**sliced, **falloff),
         "exact cut": gtao.GTAO(**sliced),
         "exact cut, uniform": gtao.GTAO(**sliced, weighting="uniform"),
@@ -52,6 +55,15 @@ def approximate(work, g, options):
     return rows
 
 
+def soft_gradient(work, g, options):
+    """Gradients through all samples of soft horizons, over those of the samples that win."""
+    runs = {
+        f"{GRADIENT}, {name}": package.gradient(g, work.method(soft_horizon=soft))
+        for name, soft in (("hard", None), ("soft", TEMPERATURE))
+    }
+    return compare(runs, f"{GRADIENT}, hard", options)
+
+
 def measure(options):
     size = "540p" if options.quick else "1080p"
     entries = []
@@ -59,7 +71,15 @@ def measure(options):
         work = Work.of(size, COUNTS[name])
         g = frame(work).gbuffer(work)
         rows = compare({label: package.estimate(g, m) for label, m in methods(work).items()}, BASE, options)
-        entries.append({"size": size, "counts": name, "rows": rows, "arccosines": approximate(work, g, options)})
+        entries.append(
+            {
+                "size": size,
+                "counts": name,
+                "rows": rows,
+                "soft": soft_gradient(work, g, options),
+                "arccosines": approximate(work, g, options),
+            }
+        )
     return {"entries": entries}
 
 
@@ -67,6 +87,7 @@ def tables(numbers):
     for entry in numbers["entries"]:
         title = f"{entry['size']}, {entry['counts']}"
         yield title, HEAD, ratio_rows(entry["rows"])
+        yield f"{title}: soft horizons", HEAD, ratio_rows(entry["soft"])
         yield f"{title}: arc cosines", HEAD, ratio_rows(entry["arccosines"])
         errors = [
             (n, *(f"{v:+.1e}" for v in r["error"].values())) for n, r in entry["arccosines"].items() if "error" in r
