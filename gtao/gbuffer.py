@@ -13,7 +13,7 @@ from .errors import ShapeError
 from .kernels import fetch, normals, pyramid
 from .layers import DepthLayers
 from .tensors import scalar, to_tensor, window
-from .validation import check
+from .validation import check, check_layers
 
 __all__ = ["GBuffer"]
 
@@ -41,6 +41,7 @@ class GBuffer:
     have to be enabled before the frame is made.
 
     Raises:
+        ConfigError: values are to be looked at inside ``dr.freeze``.
         ShapeError: a shape or type is wrong, depth is NaN, not positive or beyond 1e-12 … 1e12, a normal is not
             finite or not unit, the layers are of another frame.
         BackendError: there is no usable Dr.Jit backend.
@@ -67,13 +68,15 @@ class GBuffer:
         self._given = None if normal_v is None else to_tensor(normal_v, "normal_v", (*self.shape, 3)).array
         self.albedo = None if albedo is None else to_tensor(albedo, "albedo", (*self.shape, 3))
         self.motion = None if motion is None else to_tensor(motion, "motion", (*self.shape, 2))
-        self.layers = None if layers is None else self._same_frame(layers)
+        self.layers = None if layers is None else check_layers(layers, self.view_z)
         self._affine_field: Any = None
         self._pyramid: tuple[Any, Any] = (None, None)
         self._position_v: Any = None
         self._normal_v: Any = None
         if validate:
-            self._validate()
+            # Derived normals are needed anyway.
+            also = None if self._given is not None or self._normals_attached() else self.normal_v
+            check(self.view_z, self._given, self.albedo, self.layers, also)
 
     @classmethod
     def from_exr(cls, path: Any, camera: Any = None, **options: Any) -> "GBuffer":
@@ -187,7 +190,7 @@ class GBuffer:
 
         ``start`` and ``end`` are numbers or Dr.Jit floats of width 1, whose gradients stay attached.
         """
-        bounds = [self._width_one(value) for value in (start, end)]
+        bounds = [scalar(value, self.types.Float) for value in (start, end)]
         key, attached = (table, name, plain(start), plain(end)), dr.grad_enabled(self.view_z, *bounds)
         if attached or self._pyramid[0] != key:
             levels = pyramid.build(self.view_z.array, table, name, *bounds, self.types)
@@ -196,14 +199,6 @@ class GBuffer:
                 return levels
             self._pyramid = key, levels
         return self._pyramid[1]
-
-    def _width_one(self, value: Any):
-        """A kernel input that is no literal; gradients of a Dr.Jit float stay attached."""
-        if not dr.is_array_v(value):
-            return dr.opaque(self.types.Float, value)
-        value = self.types.Float(value)
-        dr.make_opaque(value)
-        return value
 
     def normal_arrays(self):
         """The normals as an Array3."""
@@ -243,28 +238,6 @@ class GBuffer:
         else:
             n = normals.unit(T.Array3(dr.unravel(T.Array3, self._given)), self.mask.array, self._tolerance)
         return T.Tensor(dr.ravel(n), (height, width, 3))
-
-    def _same_frame(self, layers):
-        if not isinstance(layers, DepthLayers):
-            raise ShapeError(f"layers must be gtao.DepthLayers, got {type(layers).__name__}")
-        if layers.shape[1:] != self.shape:
-            height, width = layers.shape[1:]
-            raise ShapeError(f"the layers are of a frame of {width}x{height}, not {self.shape[1]}x{self.shape[0]}")
-        if type(layers.front) is not type(self.view_z):
-            raise ShapeError("the layers and view_z must both be single or both be double precision")
-        return layers
-
-    def _validate(self) -> None:
-        def channels(flat):
-            return None if flat is None else dr.detach(dr.unravel(dr.replace_shape_t(type(flat), (3, -1)), flat))
-
-        z, front = dr.detach(self.view_z.array), None
-        if self.layers is not None:
-            front = dr.gather(type(z), dr.detach(self.layers.front.array), dr.arange(self.types.UInt, dr.width(z)))
-        albedo = None if self.albedo is None else self.albedo.array
-        # Derived normals are needed anyway.
-        derived = None if self._given is not None or self._normals_attached() else self.normal_v
-        check(z, channels(self._given), channels(albedo), front, derived)
 
     def __repr__(self) -> str:
         height, width = self.shape

@@ -17,6 +17,11 @@ def to_tensor(value: Any, name: str, shape: tuple[int, ...]):
         raise ShapeError(f"{name} must be an array (NumPy, PyTorch, JAX, Dr.Jit tensor), got {type(value).__name__}")
     if dr.is_tensor_v(value) and dr.is_float_v(value):
         tensor = value
+    elif dr.flag(dr.JitFlag.FreezingScope):
+        # Dr.Jit would end the process.
+        raise ShapeError(
+            f"inside dr.freeze {name} must be a Dr.Jit tensor, got {type(value).__name__}; convert it outside"
+        )
     else:
         kind = str(getattr(value, "dtype", ""))
         if not any(word in kind.lower() for word in ("float", "int", "f32", "f64", "f16", ">f", "<f")):

@@ -1,15 +1,13 @@
-"""What may be wrong with the arrays of a frame: found in one pass over the pixels, explained only if there is anything.
-
-Every function takes flat arrays; gradients do not flow here.
-"""
+"""What may be wrong with the arrays of a frame: found in one pass over its pixels, explained only if there is any."""
 
 from typing import Any
 
 import drjit as dr
 
-from .errors import ShapeError
+from .errors import ConfigError, ShapeError
+from .layers import DepthLayers
 
-__all__ = ["check"]
+__all__ = ["check", "check_layers"]
 
 #: Largest tolerated deviation of a normal's length from 1; half-float buffers reach 1e-3.
 UNIT_TOLERANCE = 5e-3
@@ -19,19 +17,42 @@ NEAREST, FARTHEST = 1e-12, 1e12
 LAYER_TOLERANCE = 1e-6
 
 
-def check(view_z: Any, normal: Any, albedo: Any, front: Any, also: Any) -> None:
+def check_layers(layers: Any, view_z: Any) -> DepthLayers:
+    """``layers``, which have to be of the size and precision of the frame.
+
+    Raises:
+        ShapeError: they are not, or no layers at all.
+    """
+    if not isinstance(layers, DepthLayers):
+        raise ShapeError(f"layers must be gtao.DepthLayers, got {type(layers).__name__}")
+    (height, width), (rows, columns) = layers.shape[1:], view_z.shape
+    if (height, width) != (rows, columns):
+        raise ShapeError(f"the layers are of a frame of {width}x{height}, not {columns}x{rows}")
+    if type(layers.front) is not type(view_z):
+        raise ShapeError("the layers and view_z must both be single or both be double precision")
+    return layers
+
+
+def check(view_z: Any, normal: Any, albedo: Any, layers: DepthLayers | None, also: Any) -> None:
     """Evaluate ``also`` together with one flag per pixel that says whether anything is wrong there.
 
     Args:
-        view_z: depth.
-        normal, albedo: Array3 of normals and of albedo, or None.
-        front: where the first of the depth layers begins, or None.
+        view_z: tensor of depth.
+        normal: flat normals, or None.
+        albedo: tensor of albedo, or None.
+        layers: the depth layers of the frame, or None.
         also: array that is needed anyway, evaluated by the same kernel; or None.
 
     Raises:
+        ConfigError: a function is being recorded by ``dr.freeze``, so that there are no values yet.
         ShapeError: depth is NaN, not positive or beyond 1e-12 … 1e12; the normal of a surface is not finite or not
             unit; albedo is not in [0, 1]; the first layer does not begin at the depth.
     """
+    if dr.flag(dr.JitFlag.FreezingScope):
+        raise ConfigError("inside dr.freeze no value can be looked at; make the frame with validate=False")
+    view_z = dr.detach(view_z.array)
+    normal, albedo = _channels(normal), _channels(None if albedo is None else albedo.array)
+    front = None if layers is None else _first(layers.front.array, dr.width(view_z))
     surface = dr.isfinite(view_z)
     bad = ~((view_z >= NEAREST) & ((view_z <= FARTHEST) | (view_z == dr.inf)))
     length = None if normal is None else dr.norm(normal)
@@ -56,6 +77,15 @@ def check(view_z: Any, normal: Any, albedo: Any, front: Any, also: Any) -> None:
         f"the first layer must begin at view_z, but does not at {dr.count(_elsewhere(front, view_z))[0]} pixels; are"
         " they one view?"
     )
+
+
+def _channels(flat):
+    return None if flat is None else dr.detach(dr.unravel(dr.replace_shape_t(type(flat), (3, -1)), flat))
+
+
+def _first(flat, n):
+    """The first ``n`` numbers."""
+    return dr.gather(type(flat), dr.detach(flat), dr.arange(dr.uint32_array_t(type(flat)), n))
 
 
 def _outside(albedo):

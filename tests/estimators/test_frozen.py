@@ -97,3 +97,20 @@ def test_another_camera_method_or_size_is_recorded_anew():
     for number, call in enumerate(calls, start=1):
         np.testing.assert_array_equal(frozen(*call).numpy(), visibility(*call).numpy())
         assert frozen.n_recordings == number
+
+
+def test_what_cannot_be_recorded_is_said_in_words():
+    """A NumPy array would end the process."""
+    z, n = arrays(0)
+
+    @dr.freeze
+    def looked_at(z, n):
+        return gtao.GBuffer(z, n, CAMERA).view_z
+
+    for frozen, call, message in (
+        (looked_at, (z, n), "validate=False"),
+        (dr.freeze(visibility), (z.numpy(), n, CAMERA, METHODS["horizons"]), "view_z must be a Dr.Jit tensor"),
+    ):
+        with pytest.raises(RuntimeError) as error:
+            frozen(*call)
+        assert message in str(error.value.__cause__)
