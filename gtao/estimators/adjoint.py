@@ -25,17 +25,21 @@ MAX_UNROLLED = 4
 #: Copies of a gradient image that there is always memory for.
 MAX_COPIES = 4
 
-_FUSED: ContextVar[bool] = ContextVar("_FUSED", default=False)
+_LAUNCHED: ContextVar[Callable[[], None] | None] = ContextVar("_LAUNCHED", default=None)
 
 
 @contextmanager
-def fused():
-    """Leave estimates with gradients unevaluated, so that one launch can hold them, the loss and the gradients."""
-    token = _FUSED.set(True)
+def fused(launched: Callable[[], None]):
+    """Leave estimates with gradients unevaluated, so that one launch can hold them, the loss and the gradients.
+
+    Args:
+        launched: called after that launch, before gradients are added up.
+    """
+    token = _LAUNCHED.set(launched)
     try:
         yield
     finally:
-        _FUSED.reset(token)
+        _LAUNCHED.reset(token)
 
 
 def estimate(job: Job, max_pixels: int | None = None):
@@ -57,7 +61,7 @@ def estimate(job: Job, max_pixels: int | None = None):
     if bands is not None:
         kind = _Banded
     else:
-        kind = _Fused if _FUSED.get() and job.switches.n_slices <= MAX_UNROLLED else _Stored
+        kind = _Fused if _LAUNCHED.get() and job.switches.n_slices <= MAX_UNROLLED else _Stored
     return dr.custom(kind, _Sealed(detached, bands), inputs)
 
 
@@ -70,7 +74,7 @@ def _through_all(job: Job, bands: int | None):
         )
     if bands is not None:
         raise ConfigError("gradients of this method go through every sample of a frame at once: leave max_pixels out")
-    if job.field is job.view_z:
+    if job.samples_are_pixels:
         own, tapped = apart(job.view_z)
         job = replace(job, view_z=own, field=tapped)
     return job.march().mean(job.accumulator)
@@ -214,7 +218,10 @@ class _Fused(_Envelope):
         yield self.job, lambda i: self.winners[i]
 
     def _make(self, arrays):
-        dr.schedule(arrays)
+        super()._make(arrays)
+        launched = _LAUNCHED.get()
+        assert launched is not None
+        launched()
 
 
 class _Banded(_Envelope):

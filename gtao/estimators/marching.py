@@ -10,6 +10,7 @@ from gtao.errors import ConfigError
 from gtao.gbuffer import GBuffer
 from gtao.kernels import noise, pyramid
 from gtao.kernels.march_types import Scalars, Switches
+from gtao.tensors import scalar
 
 from .adjoint import estimate
 from .attached import attached_numbers, is_attached
@@ -27,15 +28,8 @@ _INTERPOLATING = ("linear", "bilinear")
 
 
 def opaque(g: GBuffer, value: Any):
-    """A kernel input of width one: a literal would be baked into the kernel, and every new value compile it again.
-
-    Gradients of a Dr.Jit float stay attached.
-    """
-    if not dr.is_array_v(value):
-        return dr.opaque(g.types.Float, float(value))
-    value = g.types.Float(value)
-    dr.make_opaque(value)
-    return value
+    """A kernel input of width one; see :func:`gtao.tensors.scalar`."""
+    return scalar(value, g.types.Float)
 
 
 def _longest_px(g: GBuffer, method: SliceMethod) -> Any:
@@ -158,6 +152,6 @@ def march_frame(g: GBuffer, method: Any, accumulator: Any, radius: Any, frame_in
         field = g.affine_field()
         # The sign marks depth edges, which "bilinear" does not know.
         field = abs(field) if switches.fetch == "bilinear" else field
-    normal, unit = g.normals_to_be_normalised() or (g.normal_v.array, None)
+    normal, unit = g.normals_to_be_normalised()
     scalars = _scalars(g, method, radius, frame_index)
     return estimate(Job(g.view_z.array, normal, unit, field, accumulator, switches, scalars, g.types), max_pixels)

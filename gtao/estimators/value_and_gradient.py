@@ -54,8 +54,14 @@ def value_and_gradient(
     """
     if not isinstance(g, GBuffer):
         raise ConfigError(f"g must be a gtao.GBuffer, got {type(g).__name__}")
-    frame = g.attached()
-    with fused():
+    frame, terms, total = g.attached(), [], []
+
+    def add_up():
+        # As soon as they are there, to be rid of an image.
+        total.extend(dr.sum(image) for image in terms)
+        terms.clear()
+
+    with fused(add_up):
         visibility = ambient_occlusion(frame, method, frame_index=frame_index).visibility
         image = loss(visibility)
         if not dr.is_tensor_v(image) or tuple(image.shape) != g.shape:
@@ -65,13 +71,16 @@ def value_and_gradient(
             )
         if not dr.grad_enabled(image):
             raise ConfigError("the loss does not depend on the visibility, or was detached from it")
-        terms = image.array
+        terms.append(dr.detach(image.array))
+        visibility = dr.detach(visibility)
         # Scheduled, they are part of the launch that the gradients make.
-        dr.schedule(dr.detach(terms), dr.detach(visibility))
-        dr.set_grad(terms, 1)
-        dr.enqueue(dr.ADMode.Backward, terms)
+        dr.schedule(terms, visibility)
+        dr.set_grad(image, 1)
+        dr.enqueue(dr.ADMode.Backward, image)
+        del image
         dr.traverse(dr.ADMode.Backward)
         gradients = tuple(None if a is None else dr.grad(a) for a in frame.attached_inputs())
-        dr.eval(dr.detach(terms), dr.detach(visibility), gradients)
+        dr.eval(terms, visibility, gradients)
+        add_up()
     view_z, normal_v = gradients
-    return ValueAndGradient(dr.sum(dr.detach(terms)), dr.detach(visibility), view_z, normal_v)
+    return ValueAndGradient(total[0], visibility, view_z, normal_v)

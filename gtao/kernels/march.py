@@ -100,12 +100,13 @@ class March:
         packing = Packing(self.k.n_steps, accumulator.n_extrema)
         tracked = Tracked(accumulator, packing, self.types.UInt)
         lane = dr.arange(self.types.UInt, self.n)
-        winners = dr.empty(self.types.UInt, self.n * self.k.n_slices * packing.n_words)
+        Word = packing.word_type(self.types.UInt)
+        winners = dr.empty(Word, self.n * self.k.n_slices * packing.n_words)
 
         def body(i, total, c, q, off):
             value, words = self._value(tracked, self._slice(i, c, q, off))
             for place, word in zip(self._places(packing, i, lane), words, strict=True):
-                dr.scatter(winners, word, place)
+                dr.scatter(winners, Word(word), place)
             return i + 1, total + value, *self.next_azimuth(c, q, off)
 
         return self._closed(self._loop(body)), winners
@@ -125,7 +126,8 @@ class March:
         """The words of slice ``i`` in the second result of :meth:`search`."""
         packing = Packing(self.k.n_steps, accumulator.n_extrema)
         lane = dr.arange(self.types.UInt, self.n)
-        return [dr.gather(self.types.UInt, winners, place) for place in self._places(packing, i, lane)]
+        places = self._places(packing, i, lane)
+        return [self.types.UInt(dr.gather(type(winners), winners, place)) for place in places]
 
     def replay(self, accumulator, words, i, azimuth):
         """What slice ``i`` adds to :meth:`mean`, from its winning samples alone.

@@ -14,7 +14,7 @@ __all__ = ["Packing", "Tracked"]
 
 @dataclass(frozen=True)
 class Packing:
-    """Step numbers of the winners of a slice in words of 32 bits; ``n_steps`` stands for "none".
+    """Step numbers of the winners of a slice in words of 8 bits, or 32 beyond 255 steps; ``n_steps`` stands for "none".
 
     Attributes:
         n_steps: steps per side.
@@ -34,8 +34,16 @@ class Packing:
         return self.n_steps.bit_length()
 
     @property
+    def _word_bits(self) -> int:
+        return 8 if self._bits <= 8 else 32
+
+    @property
     def _per_word(self) -> int:
-        return 32 // self._bits
+        return self._word_bits // self._bits
+
+    def word_type(self, UInt):
+        """Array type of the words, from that of 32-bit integers."""
+        return dr.uint8_array_t(UInt) if self._word_bits == 8 else UInt
 
     def _places(self):
         """Word and shift of each number."""
