@@ -1,8 +1,8 @@
 """Ambient occlusion that is right and can prove it.
 
 The names below are the public core. The rooms ``gtao.render`` (ground truth with Mitsuba), ``gtao.io``, ``gtao.fit``,
-``gtao.evaluate``, ``gtao.plot`` and ``gtao.workflows`` load when they are first used, so that ``import gtao`` needs
-neither Mitsuba nor the scientific stack.
+``gtao.evaluate``, ``gtao.plot``, ``gtao.interop`` (PyTorch, JAX) and ``gtao.workflows`` load when they are first used,
+so that ``import gtao`` needs neither Mitsuba nor the scientific stack.
 """
 
 import importlib
@@ -101,7 +101,7 @@ __all__ = [
     "value_and_gradient",
 ]
 
-_ROOMS = ("evaluate", "fit", "io", "plot", "render", "workflows")
+_ROOMS = ("evaluate", "fit", "interop", "io", "plot", "render", "workflows")
 
 
 def __getattr__(name: str) -> Any:
