@@ -85,6 +85,15 @@ def methods(entries):
     return table(["", *(f"{e['size']}, {e['counts']}" for e in entries)], body)
 
 
+def soft(entries):
+    body = [
+        [e["size"], e["counts"], name, ms(row["best_s"]), f"{row['ratio']['median']:.2f}"]
+        for e in entries
+        for name, row in e["soft"].items()
+    ]
+    return table(["frame", "slices × steps", "", "ms", "over hard horizons"], body)
+
+
 def arccosines(entries):
     body = []
     for entry in entries:
@@ -170,6 +179,10 @@ the largest away from the border, where the C++ holds samples:
 Time over that of the estimator with a linear falloff, at equal numbers of samples:
 
 {methods(n["methods"]["entries"])}
+
+Gradients by soft horizons, which go through all samples:
+
+{soft(n["methods"]["entries"])}
 
 Approximate arc cosines, with that estimator:
 
