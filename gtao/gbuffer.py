@@ -36,6 +36,7 @@ class GBuffer:
             at ``view_z``.
         validate: look at every value, which waits for the arrays to be computed. With False the caller vouches for
             them: training loops and functions inside ``dr.freeze`` need that. Shapes and types are always checked.
+            Depth and normals that are Dr.Jit tensors are then taken as they are, not copied.
 
     Gradients that depth, normals or numbers of the camera carry flow into everything that is derived from them; they
     have to be enabled before the frame is made.
@@ -62,10 +63,12 @@ class GBuffer:
             raise ShapeError(f"camera must be a PerspectiveCamera or OrthographicCamera, got {type(camera).__name__}")
         self.camera = camera
         self.shape: tuple[int, int] = camera.shape
-        self.view_z = to_tensor(view_z, "view_z", self.shape)
+        self.view_z = to_tensor(view_z, "view_z", self.shape, copy=validate)
         self.mask = self.types.TensorBool(dr.isfinite(dr.detach(self.view_z.array)), self.shape)
         self.normals_derived = normal_v is None
-        self._given = None if normal_v is None else to_tensor(normal_v, "normal_v", (*self.shape, 3)).array
+        self._given = (
+            None if normal_v is None else to_tensor(normal_v, "normal_v", (*self.shape, 3), copy=validate).array
+        )
         self.albedo = None if albedo is None else to_tensor(albedo, "albedo", (*self.shape, 3))
         self.motion = None if motion is None else to_tensor(motion, "motion", (*self.shape, 2))
         self.layers = None if layers is None else check_layers(layers, self.view_z)

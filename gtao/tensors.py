@@ -10,8 +10,12 @@ from .errors import ShapeError
 __all__ = ["scalar", "to_tensor", "window"]
 
 
-def to_tensor(value: Any, name: str, shape: tuple[int, ...]):
-    """A Dr.Jit tensor of ``shape`` that owns its memory, from anything with an array protocol; gradients stay."""
+def to_tensor(value: Any, name: str, shape: tuple[int, ...], *, copy: bool = True):
+    """A Dr.Jit tensor of ``shape`` that owns its memory, from anything with an array protocol; gradients stay.
+
+    Args:
+        copy: also copy Dr.Jit tensors, whose memory may be NumPy's.
+    """
     backend.require()
     if not (hasattr(value, "__dlpack__") or hasattr(value, "__array_interface__")):
         raise ShapeError(f"{name} must be an array (NumPy, PyTorch, JAX, Dr.Jit tensor), got {type(value).__name__}")
@@ -36,6 +40,9 @@ def to_tensor(value: Any, name: str, shape: tuple[int, ...]):
             raise ShapeError(f"{name} cannot be read as an array: {error}") from None
     if tuple(tensor.shape) != shape:
         raise ShapeError(f"{name} must have shape {shape}, got {tuple(tensor.shape)}")
+    if tensor is value and not copy:
+        dr.eval(tensor)
+        return tensor
     return type(tensor)(_owned(tensor.array), shape)
 
 

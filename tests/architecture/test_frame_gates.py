@@ -140,11 +140,18 @@ class TestRecompilation:
         }
         assert len(hashes) == 1
 
+    def test_tensors_that_the_caller_vouches_for_are_not_copied(self):
+        view_z, normal_v = dr.opaque(TensorXf(Z)), dr.opaque(TensorXf(N))
+        g = gtao.GBuffer(view_z, normal_v, CAMERA, validate=False)
+        assert g.view_z.array.index == view_z.array.index
+        assert g.attached_inputs()[1].array.index == normal_v.array.index
+        assert gtao.GBuffer(view_z, normal_v, CAMERA).view_z.array.index != view_z.array.index
+
     def test_attached_arrays_of_any_alignment_are_the_same_kernel(self):
         hashes = set()
         for shift in (0, 1, 3, 8):
             z, n = attached(shifted(Z, shift)), attached(shifted(N, shift + 2))
-            g = gtao.GBuffer(z, n, CAMERA, validate=False)
+            g = gtao.GBuffer(z, n, CAMERA)
             hashes.add(tuple(k["hash"] for k in launches(lambda g=g: gtao.ambient_occlusion(g, METHOD).visibility)))
         assert len(hashes) == 1
 
