@@ -22,6 +22,10 @@ def block_length(n_steps, limit=MAX_UNROLLED):
 
 
 def _power(t, exponent):
+    if dr.is_array_v(exponent):
+        # 0 to any power is 0, but its derivative holds the logarithm of 0.
+        positive = t > 0
+        return dr.select(positive, dr.select(positive, t, 1) ** exponent, 0)
     if exponent == 1:
         return t
     if exponent == 1.25:
