@@ -38,8 +38,8 @@ class GBuffer:
             them: training loops and functions inside ``dr.freeze`` need that. Shapes and types are always checked.
             Depth and normals that are Dr.Jit tensors are then taken as they are, not copied.
 
-    Gradients that depth, normals or numbers of the camera carry flow into everything that is derived from them; they
-    have to be enabled before the frame is made.
+    Gradients that depth, normals or numbers of the camera carry flow into everything that is derived from them: enable
+    them before the frame is made, or on its own ``view_z`` and ``normal_v``.
 
     Raises:
         ConfigError: values are to be looked at inside ``dr.freeze``.
@@ -65,10 +65,9 @@ class GBuffer:
         self.shape: tuple[int, int] = camera.shape
         self.view_z = to_tensor(view_z, "view_z", self.shape, copy=validate)
         self.mask = self.types.TensorBool(dr.isfinite(dr.detach(self.view_z.array)), self.shape)
-        self.normals_derived = normal_v is None
-        self._given = (
-            None if normal_v is None else to_tensor(normal_v, "normal_v", (*self.shape, 3), copy=validate).array
-        )
+        self.normals_derived = self._from_depth = normal_v is None
+        shape_n = (*self.shape, 3)
+        self._given = None if normal_v is None else to_tensor(normal_v, "normal_v", shape_n, copy=validate).array
         self.albedo = None if albedo is None else to_tensor(albedo, "albedo", (*self.shape, 3))
         self.motion = None if motion is None else to_tensor(motion, "motion", (*self.shape, 2))
         self.layers = None if layers is None else check_layers(layers, self.view_z)
@@ -78,7 +77,7 @@ class GBuffer:
         self._normal_v: Any = None
         if validate:
             # Derived normals are needed anyway.
-            also = None if self._given is not None or self._normals_attached() else self.normal_v
+            also = self.normal_v if self._from_depth and not self._geometry_attached() else None
             check(self.view_z, self._given, self.albedo, self.layers, also)
 
     @classmethod
@@ -126,7 +125,7 @@ class GBuffer:
         T = self.types
         result.view_z = T.Tensor(T.Float(dr.detach(self.view_z.array)), self.shape)
         dr.enable_grad(result.view_z)
-        if not self.normals_derived:
+        if not self._from_depth:
             # As they came: an estimate normalises them in its own kernel.
             result._given = T.Float(dr.detach(self.normal_v.array if self._given is None else self._given))
             dr.enable_grad(result._given)
@@ -139,6 +138,12 @@ class GBuffer:
         return self.view_z, given
 
     @property
+    def is_attached(self) -> bool:
+        """Whether depth, normals or the camera carry gradients."""
+        given = self._given if self._normal_v is None else self._normal_v
+        return self._geometry_attached() or (given is not None and dr.grad_enabled(given))
+
+    @property
     def types(self):
         """Array types of this buffer; see :func:`gtao.backend.types_of`."""
         return backend.types_of(type(self.view_z))
@@ -146,20 +151,19 @@ class GBuffer:
     @property
     def normal_v(self):
         """(H, W, 3) unit normals in the view frame; (0, 0, 1) on the background."""
-        if self._normal_v is not None:
+        # Kept, but not while gradients flow: a backward pass consumes the graph behind it.
+        if self._normal_v is not None and not (self._from_depth and self._geometry_attached()):
             return self._normal_v
         result = self._normals()
-        # Kept, but not while gradients flow: a backward pass consumes the graph behind it.
         if not dr.grad_enabled(result):
-            self._normal_v = result
-            # Normalising again changes nothing, and what came is not needed twice.
-            self._given = None if self._given is None else result.array
+            self._normal_v, self._given = result, None
         return result
 
     @property
     def position_v(self):
         """(H, W, 3) surface points in the view frame; zero on the background."""
-        if self._position_v is not None:
+        attached = self._geometry_attached()
+        if self._position_v is not None and not attached:
             return self._position_v
         height, width = self.shape
         surface, z = self.mask.array, self.view_z.array
@@ -167,7 +171,7 @@ class GBuffer:
         y = index // width
         P = self._positions()(index - y * width, y, dr.select(surface, z, 1))
         result = self.types.Tensor(dr.ravel(dr.select(surface, P, 0)), (*self.shape, 3))
-        if not dr.grad_enabled(result):
+        if not attached:
             self._position_v = result
         return result
 
@@ -221,9 +225,7 @@ class GBuffer:
         inputs = SimpleNamespace(**{name: scalar(getattr(camera, name), T.Float) for name in ("fx", "fy", "cx", "cy")})
         return lambda x, y, z: type(camera).unproject(inputs, T.Float(x) + 0.5, T.Float(y) + 0.5, z)
 
-    def _normals_attached(self) -> bool:
-        if self._given is not None:
-            return dr.grad_enabled(self._given)
+    def _geometry_attached(self) -> bool:
         camera = self.camera
         return any(map(dr.grad_enabled, (self.view_z, camera.fx, camera.fy, camera.cx, camera.cy)))
 
@@ -235,7 +237,7 @@ class GBuffer:
     def _normals(self):
         """The tensor of normals, not evaluated yet."""
         T, (height, width) = self.types, self.shape
-        if self._given is None:
+        if self._from_depth:
             orthographic = self.camera.is_orthographic
             n = normals.from_depth(self.view_z.array, self._positions(), width, height, orthographic, T)
         else:

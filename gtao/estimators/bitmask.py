@@ -41,11 +41,7 @@ def bitmask_visibility(g: GBuffer, method: VisibilityBitmask, frame_index: int, 
         ConfigError: gradients are asked for, which counting has none, or the measured thickness of a frame without
             layers.
     """
-    if (
-        dr.grad_enabled(g.view_z)
-        or dr.grad_enabled(g.normal_v)
-        or attached_numbers(method) + attached_numbers(g.camera)
-    ):
+    if g.is_attached or attached_numbers(method):
         raise ConfigError(
             "a bitmask counts sectors and has no gradient; use gtao.GTAO, or detach the frame, the camera and the"
             " options"

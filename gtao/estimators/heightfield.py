@@ -54,8 +54,7 @@ def horizon_truth(g: GBuffer, method: HeightfieldHorizon, frame_index: int):
 
 def _arguments(g: GBuffer, method: Any, switches: Any, frame_index: int):
     """What both kernels take."""
-    attached = attached_numbers(method) + attached_numbers(g.camera)
-    if attached or dr.grad_enabled(g.view_z) or dr.grad_enabled(g.normal_v):
+    if g.is_attached or attached_numbers(method):
         raise ConfigError(
             f"{type(method).__name__} has no gradients: a direction is open or blocked and nothing in between;"
             " differentiate gtao.GTAO, or detach the depth, the normals, the camera and the options"

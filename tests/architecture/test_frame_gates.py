@@ -69,12 +69,15 @@ class TestLaunches:
         [(N, False, 1), (N, True, 2), (None, False, 2), (None, True, 2)],
         ids=["normals", "normals, looked at", "derived", "derived, looked at"],
     )
-    def test_a_frame_and_its_occlusion(self, normal_v, validate, expected):
+    @pytest.mark.parametrize(
+        "method", [METHOD, gtao.VisibilityBitmask(radius=0.5, n_slices=1)], ids=["GTAO", "bitmask"]
+    )
+    def test_a_frame_and_its_occlusion(self, normal_v, validate, expected, method):
         """Normals are normalised where they are used; derived ones are kept."""
 
         def frame():
             g = gtao.GBuffer(Z, normal_v, CAMERA, validate=validate)
-            return gtao.ambient_occlusion(g, METHOD).visibility
+            return gtao.ambient_occlusion(g, method).visibility
 
         assert len(launches(frame)) == expected
 

@@ -154,3 +154,46 @@ def test_forward_mode_is_the_transpose(kind):
     dr.set_grad(x["view_z"], TensorXf64(direction))
     dr.forward_to(total)
     assert float(dr.grad(total)[0]) == pytest.approx(backward, rel=1e-12)
+
+
+def test_gradients_may_be_enabled_on_the_frame_itself():
+    """Also after its arrays have been looked at, which keeps them."""
+    w = TensorXf64(np.random.default_rng(8).normal(size=Z.shape))
+    method = gtao.GTAO(radius=0.5, n_slices=2, n_steps=4)
+
+    def gradients(late):
+        results = []
+        for key, derived in (("view_z", True), ("view_z", False), ("normal_v", False)):
+            x = {key: TensorXf64(INPUTS[key])}
+            if not late:
+                dr.enable_grad(x[key])
+            g = frame("perspective", INPUTS | x, derived)
+            leaf = x[key]
+            if late:
+                dr.eval(g.normal_v, g.position_v, g.affine_field())
+                assert not g.is_attached
+                leaf = getattr(g, key)
+                dr.enable_grad(leaf)
+            assert g.is_attached
+            total = dr.sum(gtao.ambient_occlusion(g, method).visibility * w, axis=None)
+            total += dr.sum(g.position_v, axis=None) + dr.sum(dr.square(g.normal_v[..., 0]), axis=None)
+            dr.backward(total)
+            results.append(dr.grad(leaf).numpy())
+        return results
+
+    for early, late in zip(gradients(False), gradients(True), strict=True):
+        assert early.any()
+        # A normal that is enabled after it was normalised is not normalised again in the frame's own array.
+        difference = early - late
+        if difference.ndim == 3:
+            difference -= N * np.sum(difference * N, axis=-1, keepdims=True)
+        np.testing.assert_allclose(difference, 0, atol=1e-9 * np.abs(early).max())
+
+
+@pytest.mark.parametrize("method", [gtao.VisibilityBitmask(radius=0.5), gtao.HeightfieldHorizon(radius=0.5)])
+def test_methods_without_gradients_refuse_frames_that_carry_some(method):
+    g = gtao.GBuffer(np.float32(Z), np.float32(N), gtao.PerspectiveCamera(WIDTH, HEIGHT, **NUMBERS))
+    gtao.ambient_occlusion(g, method)
+    dr.enable_grad(g.normal_v)
+    with pytest.raises(gtao.ConfigError, match="gradient"):
+        gtao.ambient_occlusion(g, method)
