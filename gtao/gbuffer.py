@@ -1,6 +1,7 @@
 """The input of every estimator: depth and normals of one frame, validated once."""
 
 from copy import copy
+from functools import cache
 from types import SimpleNamespace
 from typing import Any
 
@@ -19,6 +20,11 @@ __all__ = ["GBuffer"]
 
 #: Deviations of a normal's length from 1 up to this come from rounding a unit vector to float32.
 ROUNDING = 3e-7
+
+
+@cache
+def _rounding(Float: Any) -> float:
+    return ROUNDING * dr.epsilon(Float) / dr.epsilon(dr.float32_array_t(Float))
 
 
 class GBuffer:
@@ -66,8 +72,8 @@ class GBuffer:
         self.view_z = to_tensor(view_z, "view_z", self.shape, copy=validate)
         self.mask = self.types.TensorBool(dr.isfinite(dr.detach(self.view_z.array)), self.shape)
         self.normals_derived = self._from_depth = normal_v is None
-        shape_n = (*self.shape, 3)
-        self._given = None if normal_v is None else to_tensor(normal_v, "normal_v", shape_n, copy=validate).array
+        n = None if normal_v is None else to_tensor(normal_v, "normal_v", (*self.shape, 3), copy=validate)
+        self._given = None if n is None else n.array
         self.albedo = None if albedo is None else to_tensor(albedo, "albedo", (*self.shape, 3))
         self.motion = None if motion is None else to_tensor(motion, "motion", (*self.shape, 2))
         self.layers = None if layers is None else check_layers(layers, self.view_z)
@@ -166,10 +172,9 @@ class GBuffer:
         if self._position_v is not None and not attached:
             return self._position_v
         height, width = self.shape
-        surface, z = self.mask.array, self.view_z.array
-        index = dr.arange(self.types.UInt, width * height)
+        surface, index = self.mask.array, dr.arange(self.types.UInt, width * height)
         y = index // width
-        P = self._positions()(index - y * width, y, dr.select(surface, z, 1))
+        P = self._positions()(index - y * width, y, dr.select(surface, self.view_z.array, 1))
         result = self.types.Tensor(dr.ravel(dr.select(surface, P, 0)), (*self.shape, 3))
         if not attached:
             self._position_v = result
@@ -217,7 +222,7 @@ class GBuffer:
         An estimate does that in its own kernel, and its adjoint too: it costs nothing beside the rest, and a normalised
         copy would be the largest array of the frame. Normals that are normalised already do not change.
         """
-        return self.normal_v.array if self._given is None else self._given, self._tolerance
+        return self.normal_v.array if self._given is None else self._given, _rounding(self.types.Float)
 
     def _positions(self):
         """Function of texel coordinates and depth to points in the view frame, the camera's numbers kernel inputs."""
@@ -226,13 +231,8 @@ class GBuffer:
         return lambda x, y, z: type(camera).unproject(inputs, T.Float(x) + 0.5, T.Float(y) + 0.5, z)
 
     def _geometry_attached(self) -> bool:
-        camera = self.camera
-        return any(map(dr.grad_enabled, (self.view_z, camera.fx, camera.fy, camera.cx, camera.cy)))
-
-    @property
-    def _tolerance(self) -> float:
-        Float = self.types.Float
-        return ROUNDING * dr.epsilon(Float) / dr.epsilon(dr.float32_array_t(Float))
+        c = self.camera
+        return any(map(dr.grad_enabled, (self.view_z, c.fx, c.fy, c.cx, c.cy)))
 
     def _normals(self):
         """The tensor of normals, not evaluated yet."""
@@ -241,7 +241,7 @@ class GBuffer:
             orthographic = self.camera.is_orthographic
             n = normals.from_depth(self.view_z.array, self._positions(), width, height, orthographic, T)
         else:
-            n = normals.unit(T.Array3(dr.unravel(T.Array3, self._given)), self.mask.array, self._tolerance)
+            n = normals.unit(T.Array3(dr.unravel(T.Array3, self._given)), self.mask.array, _rounding(self.types.Float))
         return T.Tensor(dr.ravel(n), (height, width, 3))
 
     def __repr__(self) -> str:

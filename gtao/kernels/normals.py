@@ -78,7 +78,7 @@ def unit(n, surface, rounding):
     again does not drift; their derivative is that of the others.
     """
     length = dr.norm(n)
-    exact = n * (1 / dr.select(surface, length, 1))
-    kept = dr.select(abs(length - 1) > rounding, exact, n)
-    n = dr.replace_grad(kept, exact) if dr.grad_enabled(n) else kept
-    return dr.select(surface, n, type(n)(0, 0, 1))
+    exact = 1 / dr.select(surface, length, 1)
+    scale = dr.select(abs(length - 1) > rounding, exact, 1)
+    scale = dr.replace_grad(scale, exact) if dr.grad_enabled(n) else scale
+    return dr.select(surface, n * scale, type(n)(0, 0, 1))
