@@ -46,6 +46,16 @@ class TestLayout:
         assert pyramid.Table.of(8, 8, 12).n_levels == 4
         assert pyramid.Table.of(8, 8, 3).n_levels == 3
 
+    @pytest.mark.parametrize("size", [(64, 48), (1921, 1081), (33, 17), (5, 3)])
+    @pytest.mark.parametrize("n_levels", [3, 4, 5, 12])
+    def test_threads_find_rows_aligned(self, size, n_levels):
+        """Four texels of one level and two of the next, in one piece each."""
+        table = pyramid.Table.of(*size, n_levels)
+        for k in range(0, table.n_levels - 2, 2):
+            for level, side in ((k, 4), (k + 1, 2)):
+                assert table.offsets[level] % side == 0
+                assert (table.stride >> level) % side == 0
+
     @pytest.mark.parametrize("size", [(960, 540), (1920, 1080), (3840, 2160), (1921, 1081), (640, 481)])
     def test_little_lies_empty(self, size):
         """A third more than the depth buffer, and no more than the rounding of rows: 16 texels in five levels."""

@@ -9,7 +9,8 @@ from gtao.kernels import pyramid
 
 import drjit as dr  # isort: skip  (after gtao, which chooses the LLVM library)
 
-START, END = 0.4, 1.2
+# Weights of 0, of 1, and between, on every level.
+START, END = 0.1, 2.2
 #: Rows in pieces of four and not, even and odd sides; one launch, two, three.
 FRAMES = [((12, 8), 3), ((9, 6), 4), ((20, 21), 5), ((33, 17), 6), ((3, 2), 2)]
 every_frame = pytest.mark.parametrize(("size", "n_levels"), FRAMES, ids=lambda v: str(v).replace(", ", "x"))

@@ -43,8 +43,7 @@ def _weighted(depths, start, end, x, y):
     far, offset = dr.select(surface, far, 0), end * scale
     total, weights = 0, 0
     for z in depths:
-        # Differences of infinities are no numbers, which the adjoint would multiply by.
-        z = dr.select(surface, z, 0)
+        # Without a surface the weights are 1 and have no derivatives, which infinities would be multiplied by.
         weight = dr.fma(z - far, scale, offset)
         weight = dr.select(weight > 0, dr.select(weight < 1, weight, 1), 0)
         total, weights = dr.fma(weight, z, total), weights + weight

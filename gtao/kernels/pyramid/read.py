@@ -73,7 +73,6 @@ def bilinear_level(buffer, table: Table, px, py, s, orthographic, types):
         t = dr.fma(p + 0.5, s, -0.5)
         t = dr.select(t > 0, t, 0)
         first = UInt(Int(t))
-        first = dr.select(first < last, first, last)
         return first, dr.select(first < last, first + 1, last), t - Float(first)
 
     def texel(x, y):
