@@ -38,17 +38,14 @@ def _mean(depths, start, end, x, y):
 def _weighted(depths, start, end, x, y):
     """About the farthest: a depth counts in full up to ``start`` in front of it, and nothing from ``end`` on."""
     far = _greatest(depths, start, end, x, y)
-    surface = far < dr.inf
     scale = 1 / (end - start)
-    far, offset = dr.select(surface, far, 0), end * scale
-    total, weights = 0, 0
+    offset, total, weights = end * scale, 0, 0
     for z in depths:
-        # Without a surface the weights are 1 and have no derivatives, which infinities would be multiplied by.
         weight = dr.fma(z - far, scale, offset)
         weight = dr.select(weight > 0, dr.select(weight < 1, weight, 1), 0)
         total, weights = dr.fma(weight, z, total), weights + weight
-    # The farthest itself counts in full, so that the sum is at least 1.
-    return dr.select(surface, total / weights, dr.inf)
+    # The farthest itself counts in full, so that the sum is at least 1 where there is a surface.
+    return dr.select(far < dr.inf, total / weights, dr.inf)
 
 
 def _harmonic(depths, start, end, x, y):
