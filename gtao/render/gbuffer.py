@@ -8,6 +8,7 @@ import mitsuba as mi
 from gtao.errors import SceneError
 from gtao.gbuffer import GBuffer
 
+from .attached import keeping
 from .loading import select_sensor
 from .primary import PrimaryHits, shoot
 from .variant import ensure_variant
@@ -35,6 +36,11 @@ def gbuffer(
         unit, view frame; ``albedo`` (H, W, 3) in [0, 1], linear sRGB, 0 on the background and where the BSDF
         has no diffuse part.
 
+    Derivatives with respect to parameters of the scene that carry gradients (``mitsuba.traverse``; vertices,
+    transforms, reflectances, the sensor's place, field of view and principal point) stay attached, those of the camera
+    too. They are those of the point where a pixel's ray meets its surface (theory, eq. (95)). That a silhouette moves
+    over a pixel has no derivative.
+
     Raises:
         SceneError: no such sensor, a sensor that is neither perspective nor orthographic, or albedo asked of
             a spectral or polarised variant.
@@ -44,13 +50,13 @@ def gbuffer(
     """
     ensure_variant()
     hits = shoot(scene, select_sensor(scene, sensor), normals, guard_px)
+    normal_v = dr.select(hits.valid, hits.normal_v, mi.Vector3f(0, 0, 1))
     height, width = hits.camera.shape
-    colour = mi.TensorXf(dr.ravel(_albedo(hits)), (height, width, 3)) if albedo else None
     return GBuffer(
-        mi.TensorXf(hits.view_z, (height, width)),
-        mi.TensorXf(dr.ravel(dr.select(hits.valid, hits.normal_v, mi.Vector3f(0, 0, 1))), (height, width, 3)),
-        hits.camera,
-        albedo=colour,
+        mi.TensorXf(keeping(scene, hits.view_z), (height, width)),
+        mi.TensorXf(keeping(scene, dr.ravel(normal_v)), (height, width, 3)),
+        hits.attached_camera,
+        albedo=mi.TensorXf(keeping(scene, dr.ravel(_albedo(hits))), (height, width, 3)) if albedo else None,
     )
 
 

@@ -8,7 +8,9 @@ import mitsuba as mi
 import numpy as np
 
 from gtao.errors import ConfigError, SceneError
+from gtao.tensors import scalar
 
+from .attached import attached_camera, rotation_to_view
 from .sensor import camera_from_sensor, pixel_centre_rays, rotation
 
 __all__ = ["PrimaryHits", "facing_normal", "match_gbuffer", "shoot"]
@@ -50,26 +52,33 @@ class PrimaryHits:
 
     Attributes:
         sensor, camera, view_to_world: as in :func:`gtao.render.camera_from_sensor`.
+        attached_camera: the camera with the derivatives of its sensor's numbers.
         si: Mitsuba's surface interaction.
         valid: where there is a surface.
         normal_w: unit world normal of the kind asked for, facing the camera.
         n_geo_w: the geometric one, facing the camera.
+        to_view: Matrix3f that takes directions in the world to the view frame.
         view_z: distance along the optical axis, inf where there is no surface.
+
+    What Mitsuba gives derivatives of, geometry and sensor, has them in ``normal_w``, ``n_geo_w``, ``to_view`` and
+    ``view_z``: those of the point where the pixel's ray meets the surface.
     """
 
     sensor: Any
     camera: Any
+    attached_camera: Any
     view_to_world: np.ndarray
     si: Any
     valid: Any
     normal_w: Any
     n_geo_w: Any
+    to_view: Any
     view_z: Any
 
     @property
     def normal_v(self) -> Any:
         """Normals in the view frame."""
-        return rotation(self.view_to_world.T) @ mi.Vector3f(self.normal_w)
+        return self.to_view @ mi.Vector3f(self.normal_w)
 
 
 def shoot(scene: Any, sensor: Any, normals: str = "shading", guard_px: int = 0) -> PrimaryHits:
@@ -80,17 +89,19 @@ def shoot(scene: Any, sensor: Any, normals: str = "shading", guard_px: int = 0) 
     ray = pixel_centre_rays(sensor, guard_px)
     si = scene.ray_intersect(ray, ray_flags=mi.RayFlags.All, coherent=True)
     valid = si.is_valid()
-    forward = mi.Vector3f(*(float(v) for v in -view_to_world[:3, 2]))
-    dr.make_opaque(forward)
-    view_z = dr.opaque(mi.Float, camera.near) + si.t * dr.dot(ray.d, forward)
+    to_view = rotation_to_view(sensor, view_to_world)
+    attached = attached_camera(sensor, camera)
+    view_z = scalar(attached.near, mi.Float) - si.t * (to_view @ ray.d).z
     return PrimaryHits(
         sensor=sensor,
         camera=camera,
+        attached_camera=attached,
         view_to_world=view_to_world,
         si=si,
         valid=valid,
         normal_w=facing_normal(si, ray.d, normals),
         n_geo_w=facing_normal(si, ray.d, "geometric"),
+        to_view=to_view,
         view_z=dr.select(valid, view_z, dr.inf),
     )
 
