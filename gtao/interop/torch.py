@@ -230,12 +230,13 @@ def _shares_memory(device: torch.device) -> bool:
 def _to_drjit(tensor: Any) -> Any:
     if tensor is None:
         return None
-    tensor = tensor.detach().contiguous()
+    tensor, double = tensor.detach(), tensor.dtype == torch.float64
     if _shares_memory(tensor.device):
+        tensor = tensor.contiguous()
         # Dr.Jit does not wait for PyTorch's stream.
         torch.cuda.current_stream(tensor.device).synchronize()
-        return owned(tensor, tensor.dtype == torch.float64)
-    return owned(tensor.cpu().numpy(), tensor.dtype == torch.float64)
+        return owned(tensor, double)
+    return owned(tensor.cpu().numpy(), double)
 
 
 def _to_torch(array: Any, device: torch.device) -> torch.Tensor:

@@ -50,3 +50,11 @@ def one_thread():
         yield
     finally:
         dr.set_thread_count(before)
+
+
+def same(found, expected):
+    """Whether two arrays hold the same bits, or on a GPU, which adds in no fixed order, the same up to that."""
+    found, expected = np.asarray(found), np.asarray(expected)
+    if gtao.backend.require() == "llvm":
+        return np.array_equal(found, expected)
+    return np.allclose(found, expected, rtol=0, atol=20 * np.finfo(found.dtype).eps * np.abs(expected).max())

@@ -1,5 +1,7 @@
 """Estimators on JAX arrays: values and gradients in reverse mode, eagerly and compiled."""
 
+import subprocess
+import sys
 from dataclasses import replace
 
 import drjit as dr
@@ -17,6 +19,7 @@ from _interop_frames import (
     WEIGHTS,
     drjit_gradients,
     one_thread,
+    same,
 )
 
 import gtao
@@ -68,7 +71,7 @@ def test_values_and_gradients_are_those_of_drjit(method, dtype, compiled):
     found = (jax.jit(both) if compiled else both)(jnp.asarray(DEPTH, dtype), jnp.asarray(NORMALS, dtype))
     for array, expected in zip(found, drjit_gradients(method, single=dtype == np.float32), strict=True):
         assert array.dtype == dtype
-        assert np.array_equal(array, expected)
+        assert same(array, expected)
 
 
 @pytest.mark.parametrize("method", [METHOD, SOFT], ids=["exact cut", "falloff"])
@@ -143,7 +146,7 @@ def test_batches_by_vmap():
     z = jnp.stack([jnp.asarray(DEPTH), 1.1 * DEPTH])
     found = jax.jit(jax.vmap(jax.grad(weighted), in_axes=(0, None)))(z, jnp.asarray(NORMALS))
     for i in range(2):
-        assert np.array_equal(found[i], jax.grad(weighted)(z[i], jnp.asarray(NORMALS)))
+        assert same(found[i], jax.grad(weighted)(z[i], jnp.asarray(NORMALS)))
 
 
 def test_frames_of_a_sequence_share_what_was_compiled():
@@ -180,14 +183,14 @@ def test_equal_calls_share_what_was_compiled():
 def test_the_callback_of_devices_without_shared_memory(monkeypatch):
     monkeypatch.setattr(jax, "default_backend", lambda: "gpu")
     found = jax.grad(weighted)(jnp.asarray(DEPTH), jnp.asarray(NORMALS))
-    assert np.array_equal(found, drjit_gradients()[1])
+    assert same(found, drjit_gradients()[1])
 
 
 def test_single_precision_unless_double_is_enabled():
     jax.config.update("jax_enable_x64", False)
     z = jnp.asarray(DEPTH)
     assert z.dtype == gj.ambient_occlusion(z, NORMALS, CAMERA, METHOD).dtype == jnp.float32
-    assert np.array_equal(jax.grad(weighted)(z, jnp.asarray(NORMALS)), drjit_gradients(single=True)[1])
+    assert same(jax.grad(weighted)(z, jnp.asarray(NORMALS)), drjit_gradients(single=True)[1])
 
 
 @pytest.mark.parametrize("dtype", [jnp.float16, jnp.bfloat16, jnp.int32])
@@ -247,3 +250,22 @@ def test_errors_of_the_function_arrive_with_their_words():
     assert gj.ambient_occlusion(broken, NORMALS, CAMERA, METHOD, validate=False).shape == CAMERA.shape
     with pytest.raises((ValueError, RuntimeError), match=r"returned shapes \(\(48,\),\) where \(\(6, 8\),\)"):
         jax.block_until_ready(gj.wrap(lambda a: a.array)(VISIBILITY))
+
+
+@pytest.mark.slow
+def test_one_processor_is_enough():
+    """JAX has as many threads as processors, and a callback that waits for another of them would wait for ever."""
+    script = """
+import os
+os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
+import gtao, jax
+camera, method = gtao.PerspectiveCamera(500, 500, 0.9), gtao.GTAO(radius=0.1, n_slices=1, n_steps=1)
+loss = lambda z: (gtao.interop.jax.ambient_occlusion(1.01 * z, None, camera, method) * z).sum()
+z = 4 + jax.random.uniform(jax.random.key(0), camera.shape)
+for _ in range(20):
+    # Not waited for, so that computations queue up behind each other.
+    loss(z), jax.grad(loss)(z), jax.jit(jax.grad(loss))(z)
+print(jax.block_until_ready(loss(z)).shape)
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=600)
+    assert done.stdout.strip() == "()", done.stderr

@@ -18,6 +18,7 @@ from _interop_frames import (
     WEIGHTS,
     drjit_gradients,
     one_thread,
+    same,
 )
 
 import gtao
@@ -67,7 +68,7 @@ def test_values_and_gradients_are_those_of_drjit(method, dtype):
     expected = drjit_gradients(method, single=dtype == torch.float32)
     for found, value in zip((visibility.detach(), z.grad, n.grad), expected, strict=True):
         assert found.dtype == dtype
-        assert np.array_equal(found.numpy(), value)
+        assert same(found.numpy(), value)
 
 
 @pytest.mark.parametrize("method", [METHOD, SOFT], ids=["exact cut", "falloff"])
@@ -181,14 +182,24 @@ def test_a_tensor_in_two_roles_and_a_result_used_twice():
 
 def test_later_changes_of_the_arguments_reach_neither_result_nor_gradient():
     expected, gradient, _ = drjit_gradients()
-    z = leaf(DEPTH)
-    moved = z * 1
-    visibility = gt.ambient_occlusion(moved, fixed(NORMALS), CAMERA, METHOD)
-    with torch.no_grad():
-        moved.fill_(1.0)
-    visibility.backward(fixed(WEIGHTS))
-    assert np.array_equal(visibility.detach(), expected)
-    assert np.array_equal(z.grad, gradient)
+
+    def visibility(z):
+        return gt.ambient_occlusion(z, fixed(NORMALS), CAMERA, METHOD)
+
+    cases = [
+        (visibility, DEPTH, expected, gradient),
+        # What this one multiplies gradients by is not computed before they are asked for.
+        (gt.wrap(lambda x: x * x), VISIBILITY, VISIBILITY**2, 2 * VISIBILITY * WEIGHTS),
+    ]
+    for function, values, expected, gradient in cases:
+        x = leaf(values)
+        moved = x * 1
+        result = function(moved)
+        with torch.no_grad():
+            moved.fill_(1.0)
+        result.backward(fixed(WEIGHTS))
+        assert same(result.detach(), expected)
+        assert np.allclose(x.grad, gradient, rtol=1e-14, atol=0)
 
 
 def test_changes_of_a_result_do_not_reach_the_function():
@@ -206,7 +217,7 @@ def test_strided_tensors_and_parameters():
     z = torch.nn.Parameter(fixed(DEPTH.T.copy()))
     n = fixed(np.stack([NORMALS, NORMALS], axis=-1))[..., 0]
     gt.ambient_occlusion(z.t(), n, CAMERA, METHOD).backward(fixed(WEIGHTS))
-    assert np.array_equal(z.grad.t(), drjit_gradients()[1])
+    assert same(z.grad.t(), drjit_gradients()[1])
 
 
 @pytest.mark.parametrize("dtype", [torch.float16, torch.bfloat16, torch.int32], ids=str)
@@ -296,7 +307,8 @@ def test_functional_transforms():
 
     z, direction = fixed(DEPTH), torch.ones_like(fixed(DEPTH))
     gradient = torch.func.grad(loss)(z)
-    assert np.array_equal(gradient, drjit_gradients()[1])
+    assert same(gradient, drjit_gradients()[1])
+    assert torch.equal(torch.func.vjp(loss, z)[1](torch.tensor(1.0).double())[0], gradient)
     _, tangent = torch.func.jvp(loss, (z,), (direction,))
     # The two modes add the same terms in another order.
     assert float(tangent) == pytest.approx(float((gradient * direction).sum()), rel=1e-12)
@@ -312,7 +324,7 @@ def test_reverse_mode_in_another_thread():
     worker = threading.Thread(target=lambda: found.append(torch.autograd.grad(visibility, z, fixed(WEIGHTS))[0]))
     worker.start()
     worker.join()
-    assert np.array_equal(found[0], drjit_gradients(SOFT)[1])
+    assert same(found[0], drjit_gradients(SOFT)[1])
 
 
 def test_several_threads_at_once():
@@ -330,6 +342,23 @@ def test_several_threads_at_once():
         worker.join()
     # Factors other than powers of two are rounded.
     assert all(np.allclose(found[i], expected, rtol=1e-12, atol=1e-14) for i in range(4))
+
+
+@pytest.mark.cuda
+def test_tensors_on_the_gpu_stay_there():
+    if not torch.cuda.is_available():
+        pytest.skip("this PyTorch has no CUDA")
+    z, n = (values.detach().cuda().requires_grad_() for values in frame())
+    radius = leaf(1.0)  # on the host, as numbers may be
+    visibility = gt.ambient_occlusion(z, n, CAMERA, METHOD, parameters={"radius": radius})
+    visibility.backward(fixed(WEIGHTS).cuda())
+    assert visibility.is_cuda
+    assert z.grad.is_cuda
+    assert radius.grad.device.type == "cpu"
+    for found, expected in zip((visibility.detach(), z.grad, n.grad), drjit_gradients(), strict=True):
+        assert same(found.cpu(), expected)
+    host = fixed(DEPTH)
+    assert same(gt.ambient_occlusion(host, fixed(NORMALS), CAMERA, METHOD), drjit_gradients()[0])
 
 
 def test_a_radius_is_recovered_by_an_optimiser_of_pytorch():
