@@ -9,6 +9,8 @@ import math
 
 import drjit as dr
 
+from .roots import rsqrt
+
 __all__ = [
     "acos",
     "cosine_arc",
@@ -17,6 +19,7 @@ __all__ = [
     "fast_acos",
     "full_slice",
     "normal_angle",
+    "tangent_arc",
     "uniform_arc",
     "uniform_arc_signed",
 ]
@@ -33,6 +36,24 @@ _ACOS = (
     -0.2145988016,
     1.5707963050,
 )
+
+
+def _interpolated(f, n):
+    """Coefficients, lowest first, of the polynomial that meets f at the n Chebyshev points of [0, 1]."""
+    points = [(1 + math.cos(math.pi * (k + 0.5) / n)) / 2 for k in range(n)]
+    differences = [f(x) for x in points]
+    for order in range(1, n):
+        for k in reversed(range(order, n)):
+            differences[k] = (differences[k] - differences[k - 1]) / (points[k] - points[k - order])
+    coefficients = [0.0] * n
+    for x, difference in zip(reversed(points), reversed(differences), strict=True):
+        coefficients = [low - x * high for low, high in zip([0.0, *coefficients[:-1]], coefficients, strict=True)]
+        coefficients[0] += difference
+    return tuple(coefficients)
+
+
+# (arccos a - a √(1 - a²)) / (1 - a)^1.5 on [0, 1] with an error of 4e-8.
+_SEGMENT = _interpolated(lambda a: (math.acos(a) - a * math.sqrt(1 - a * a)) / (1 - a) ** 1.5, 7)
 
 
 def acos(x):
@@ -75,7 +96,7 @@ def fast_acos(x, kind):
 
 def normal_angle(nV, nT, arccosine):
     """Signed angle γ of the projected normal, from an arc cosine of :func:`fast_acos`."""
-    return dr.copysign(fast_acos(nV * dr.rsqrt(dr.fma(nV, nV, nT * nT)), arccosine), nT)
+    return dr.copysign(fast_acos(nV * rsqrt(dr.fma(nV, nV, nT * nT)), arccosine), nT)
 
 
 def cosine_arc_from_angles(nV, nT, gamma, h0, h1):
@@ -96,18 +117,52 @@ def cosine_arc(nV, nT, c0, c1):
     ½ [n_V (s0² + s1²) + n_T ((h0 - s0 c0) + (h1 - s1 c1))]: theory, eq. (12), the integral of eq. (11)
     without the angle γ and without dividing by |n_p|, which loses three digits in float32.
     """
-    c0, c1 = dr.select(c0 < 1, c0, 1), dr.select(c1 < 1, c1, 1)
     attached = any(map(dr.grad_enabled, (nV, nT, c0, c1)))
     with dr.suspend_grad():
-        q0, q1 = dr.fma(-c0, c0, 1), dr.fma(-c1, c1, 1)
-        s0, s1 = (dr.sqrt(dr.select(q > 0, q, 0)) for q in (q0, q1))
-        by_nV, by_nT = 0.5 * (q0 + q1), 0.5 * (dr.fma(-c1, s1, acos(c1)) - dr.fma(-c0, s0, acos(c0)))
+        (k0, q0), (k1, q1) = _segment(c0), _segment(c1)
+        by_nV, by_nT = 0.5 * (q0 + q1), 0.5 * (k1 - k0)
         value = dr.fma(nV, by_nV, nT * by_nT)
         if not attached:
             return value
         # Theory, eq. (89): the derivatives of the terms are longer, and infinite at c = 1.
-        by_c0, by_c1 = dr.fma(nT, s0, -nV * c0), -dr.fma(nT, s1, nV * c1)
+        by_c0, by_c1 = dr.fma(nT, dr.sqrt(q0), -nV * c0), -dr.fma(nT, dr.sqrt(q1), nV * c1)
+    c0, c1 = dr.select(c0 < 1, c0, 1), dr.select(c1 < 1, c1, 1)
     return dr.replace_grad(value, by_nV * nV + by_nT * nT + by_c0 * c0 + by_c1 * c1)
+
+
+def tangent_arc(nV, nT, sine):
+    """:func:`cosine_arc` of a slice that is open down to the tangent plane, n_V + γ n_T (theory, eq. (15)).
+
+    Args:
+        sine: sin γ = n_T / |n_p|, the cosine of the tangent plane on the side of -T.
+    """
+    attached = dr.grad_enabled(nV) or dr.grad_enabled(nT)
+    with dr.suspend_grad():
+        k, by_nV = _segment(sine)
+        by_nT = 0.5 * math.pi - k
+        value = dr.fma(nV, by_nV, nT * by_nT)
+    # By γ it has no derivative.
+    return dr.replace_grad(value, by_nV * nV + by_nT * nT) if attached else value
+
+
+def _segment(c):
+    """h - s c and s² of c = cos h, s = sin h, with c limited to [-1, 1].
+
+    Twice the area of the circle's segment over an angle of 2 h. High horizons make the two terms cancel but for h³,
+    so that their difference is approximated, which loses no digits.
+    """
+    a = abs(c)
+    a = dr.select(a < 1, a, 1)
+    s2 = dr.fma(-a, a, 1)
+    if dr.type_v(c) is not dr.VarType.Float32:
+        area = dr.fma(-a, dr.sqrt(s2), dr.acos(a))
+    else:
+        p = dr.fma(a, _SEGMENT[-1], _SEGMENT[-2])
+        for coefficient in _SEGMENT[-3::-1]:
+            p = dr.fma(p, a, coefficient)
+        below = 1 - a
+        area = below * dr.sqrt(below) * p
+    return dr.select(c < 0, math.pi - area, area), s2
 
 
 def uniform_arc(c0, c1):

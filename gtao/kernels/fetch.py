@@ -8,7 +8,7 @@ projection; theory, eq. (30)) and is therefore exact on planes; a cell of four t
 
 import drjit as dr
 
-__all__ = ["EDGE_STEP", "affine_field", "linear", "nearest", "nearest_of_four"]
+__all__ = ["EDGE_STEP", "affine_field", "linear", "nearest", "nearest_of_four", "texel"]
 
 #: A step between neighbours that lies outside the slopes on its two sides by more than this many pixel footprints is
 #: a depth edge. Inside them it is a surface, smooth or creased: where two planes meet between two texels, the step is
@@ -20,20 +20,35 @@ EDGE_STEP = 2.0
 _EXACT_TEXELS = 1 << 24
 
 
-def _index(x, y, width, height, types):
-    """Flat index of integer coordinates given as floats; 0 where they are NaN or outside, never a wild address."""
+def _index(x, y, width, height, types, *, inside=False):
+    """Flat index of integer coordinates given as floats; never a wild address, even where they are NaN or outside.
+
+    Args:
+        inside: whether the coordinates are known to lie in the frame.
+    """
     UInt, Int = types.UInt, types.Int
     if width * height <= _EXACT_TEXELS:
         index = UInt(Int(dr.fma(y, width, x)))
     else:
         index = UInt(Int(y)) * width + UInt(Int(x))
-    return dr.select(index < width * height, index, 0)
+    last = width * height - 1
+    return index if inside else dr.select(index < last, index, last)
+
+
+def texel(buffer, x, y, width, height, types, *, inside):
+    """Texel of ``buffer`` at integer coordinates given as floats.
+
+    Args:
+        inside: whether the coordinates are known to lie in the frame; if not, any texel may be read for those that do
+            not.
+    """
+    return dr.gather(types.Float, buffer, _index(x, y, width, height, types, inside=inside))
 
 
 def nearest(buffer, x, y, width, height, types):
     """Texel of ``buffer`` nearest to (x, y), and that texel's coordinates as floats. The point must lie inside."""
     x, y = dr.round(x), dr.round(y)
-    return dr.gather(types.Float, buffer, _index(x, y, width, height, types)), x, y
+    return texel(buffer, x, y, width, height, types, inside=False), x, y
 
 
 def nearest_of_four(buffer, x, y, width, height, types):

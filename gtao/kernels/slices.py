@@ -12,6 +12,8 @@ from typing import Any
 
 import drjit as dr
 
+from .roots import rsqrt
+
 __all__ = [
     "BOUNDLESS",
     "ScreenFrame",
@@ -79,8 +81,11 @@ class SliceFrame:
         """
         d = self._d(c, s)
         a, b = dr.fma(-m, d, self.V[2]), dr.fma(m, d, self.V[2])
+        # m / a and m / b by one division; at most one of a and b is not positive.
+        share = m / (a * b)
+        e0, e1 = share * b, share * a
         outside = m < BOUNDLESS
-        return dr.select(outside & (a > 0), m / a, dr.inf), dr.select(outside & (b > 0), m / b, dr.inf)
+        return dr.select(outside & (e0 > 0), e0, dr.inf), dr.select(outside & (e1 > 0), e1, dr.inf)
 
 
 @dataclass(frozen=True)
@@ -107,7 +112,7 @@ class ScreenFrame:
     def tangent(self, c, s):
         """Unit tangent of image direction (c, s); the published listings forget to normalise it."""
         d = self._d(c, s)
-        r = dr.rsqrt(dr.fma(-d, d, 1))
+        r = rsqrt(dr.fma(-d, d, 1))
         return dr.fma(-d, self.V[0], c) * r, dr.fma(-d, self.V[1], s) * r, -d * self.V[2] * r
 
     def _d(self, c, s):
@@ -115,7 +120,7 @@ class ScreenFrame:
 
     def normal_and_direction(self, c, s):
         d = self._d(c, s)
-        nT = dr.fma(-d, self.nV, dr.fma(c, self.n[0], s * self.n[1])) * dr.rsqrt(dr.fma(-d, d, 1))
+        nT = dr.fma(-d, self.nV, dr.fma(c, self.n[0], s * self.n[1])) * rsqrt(dr.fma(-d, d, 1))
         if not self.normalised:
             across2 = 1 - dr.fma(nT, nT, self.nV * self.nV)
             across = dr.select(across2 > 0, across2, 0) * (d * d) * (d * d)
@@ -156,7 +161,7 @@ def clamped_start(nV, nT, relief=0.0):
     Args:
         relief: angle above the tangent plane, in radians, to give the cosines of instead.
     """
-    rcp = dr.rsqrt(dr.fma(nT, nT, nV * nV))
+    rcp = rsqrt(dr.fma(nT, nT, nV * nV))
     s = nT * rcp
     if relief == 0:
         return s, -s

@@ -13,7 +13,8 @@ _CLAMP = 2
 
 
 def _within(value, low, high):
-    return dr.select(value > low, dr.select(value < high, value, high), low)
+    value = dr.select(value > low, value, low)
+    return dr.select(value < high, value, high)
 
 
 def read(buffer, px, py, level, k: Any, types):
@@ -23,7 +24,7 @@ def read(buffer, px, py, level, k: Any, types):
         buffer: flat ``view_z``; for the interpolating fetches what :func:`gtao.kernels.fetch.affine_field` made; with a
             pyramid, what :func:`gtao.kernels.pyramid.build` made.
         level: of the pyramid, if there is one.
-        k: :class:`gtao.kernels.march.Switches`.
+        k: :class:`gtao.kernels.march_types.Switches`.
 
     Returns:
         ``(z, px, py)``: the point is the centre of the texel where samples snap, and may lie off the frame where the
@@ -32,27 +33,32 @@ def read(buffer, px, py, level, k: Any, types):
     width, height = k.width, k.height
     if k.border == "clamp":
         px, py = _within(px, _CLAMP, width - _CLAMP), _within(py, _CLAMP, height - _CLAMP)
+    if k.fetch in ("nearest", "floor"):
+        return _texel(buffer, px, py, level, k, types)
     x, y = px, py
     if k.leaves_frame:
-        # Positions may snap off the frame too, so the shift between the point and what is read is kept.
+        # Positions may lie off the frame, so the shift between the point and what is read is kept.
         x, y = _within(px, 0, width - 1), _within(py, 0, height - 1)
     if k.fetch == "bilinear" and level is not None:
         return pyramid.bilinear_level(buffer, k.pyramid, x, y, level, k.orthographic, types), px, py
     if k.fetch in ("linear", "bilinear"):
         z, tx, ty = fetch.linear(buffer, x, y, width, height, k.orthographic, types)
         return z, tx + (px - x), ty + (py - y)
-    if k.fetch == "nearest_of_four":
-        return fetch.nearest_of_four(buffer, px, py, width, height, types), px, py
-    if k.fetch == "floor":
-        x, y = dr.floor(x), dr.floor(y)
+    return fetch.nearest_of_four(buffer, px, py, width, height, types), px, py
+
+
+def _texel(buffer, px, py, level, k: Any, types):
+    """The fetches of one texel: the one of the point, or the nearest to it in the frame."""
+    whole = dr.floor if k.fetch == "floor" else dr.round
+    tx, ty = whole(px), whole(py)
+    x, y = tx, ty
+    if k.leaves_frame:
+        x, y = _within(tx, 0, k.width - 1), _within(ty, 0, k.height - 1)
     if level is None:
-        z, tx, ty = fetch.nearest(buffer, x, y, width, height, types)
+        z = fetch.texel(buffer, x, y, k.width, k.height, types, inside=k.leaves_frame)
     else:
-        tx, ty = dr.round(x), dr.round(y)
-        z = pyramid.fetch_level(buffer, k.pyramid, tx, ty, level, types)
-    if k.snap_to_texel:
-        return (z, dr.round(px), dr.round(py)) if k.leaves_frame else (z, tx, ty)
-    return z, px, py
+        z = pyramid.fetch_level(buffer, k.pyramid, x, y, level, types)
+    return (z, tx, ty) if k.snap_to_texel else (z, px, py)
 
 
 def centre_depth(view_z, x, y, k: Any, types):

@@ -58,6 +58,17 @@ def test_horizon_cosine_of_one_by_rounding_is_no_nan(precision):
     assert got == pytest.approx(0.0, abs=precision.tolerance)
 
 
+def test_high_horizons_keep_their_digits(precision):
+    """The two terms of h - s c cancel as h³: near the viewer an arc is small, and still right in its own digits."""
+    c = precision.lanes(1 - np.logspace(-6, np.log10(2), 400))
+    zero, one = precision.lanes(np.zeros(400)), precision.lanes(np.ones(400))
+    got = np.array(arcs.cosine_arc(zero, 2 * one, one, c), dtype=np.float64)
+    h = np.arccos(np.array(c, dtype=np.float64))
+    # h - sin 2h / 2 by its series where the difference of doubles has few digits itself.
+    want = np.where(h < 0.1, 2 / 3 * h**3 - 2 / 15 * h**5 + 4 / 315 * h**7, h - 0.5 * np.sin(2 * h))
+    assert got == pytest.approx(want, rel=3 * precision.tolerance)
+
+
 def test_signed_arcs_golden(precision):
     """Every arc, also those that leave out θ = 0, where the published formula does not hold."""
     cases = golden.cases("A.arc")
@@ -94,6 +105,7 @@ def test_full_slice_golden_and_clamped_start(precision):
     c0, c1 = slices.clamped_start(nV, nT)
     assert np.array(arcs.cosine_arc(nV, nT, c0, c1)) == pytest.approx(want, abs=precision.tolerance)
     gamma = np.array([o["gamma"] for _, o in cases])
+    assert np.array(arcs.tangent_arc(nV, nT, c0)) == pytest.approx(want, abs=precision.tolerance)
     assert np.array(c0) == pytest.approx(np.cos(gamma - HALF_PI), abs=precision.tolerance)
     assert np.array(c1) == pytest.approx(np.cos(gamma + HALF_PI), abs=precision.tolerance)
 

@@ -134,6 +134,13 @@ def test_nearest_reads_the_texel_under_the_point(precision):
     assert np.array_equal(np.array(ty), row)
 
 
+def test_a_texel_that_is_known_to_lie_inside(precision):
+    buffer = precision.lanes(np.arange(15))
+    x, y = precision.lanes([0, 4, 4, 1]), precision.lanes([0, 0, 2, 1])
+    for inside in (False, True):
+        assert list(np.array(fetch.texel(buffer, x, y, 5, 3, precision.types, inside=inside))) == [0, 4, 14, 6]
+
+
 def test_a_coordinate_that_is_nan_reads_a_texel_and_no_wild_address(precision):
     buffer = precision.lanes([1.0, 2.0, 3.0, 4.0])
     nowhere = precision.lanes([np.nan, np.inf, -1e30, 1e30])

@@ -6,7 +6,7 @@ import drjit as dr
 
 from gtao.kernels import arcs
 
-__all__ = ["blended_length", "open_arc"]
+__all__ = ["blended_length", "full_arc", "open_arc"]
 
 
 def open_arc(weighting, nV, nT, c0, c1, arccosine="exact", *, clamped=False):
@@ -28,6 +28,15 @@ def open_arc(weighting, nV, nT, c0, c1, arccosine="exact", *, clamped=False):
         low, high = gamma - math.pi / 2, gamma + math.pi / 2
         h0, h1 = dr.select(h0 > low, h0, low), dr.select(h1 < high, h1, high)
     return arcs.cosine_arc_from_angles(nV, nT, gamma, h0, h1)
+
+
+def full_arc(weighting, nV, nT, start, arccosine="exact"):
+    """:func:`open_arc` of a slice with nothing in it: its horizons are the tangent plane's cosines ``start``."""
+    if weighting == "uniform":
+        return 1
+    if arccosine == "exact":
+        return arcs.tangent_arc(nV, nT, start[0])
+    return open_arc(weighting, nV, nT, *start, arccosine)
 
 
 def blended_length(value, sl, blend):
