@@ -56,8 +56,6 @@ def _sphere_cut(g: GBuffer, method: GTAO, radius: Any) -> SphereCut:
         blended=_on(method.length_blend),
         arccosine=method.arccosine,
         radius=opaque(g, radius),
-        ax=opaque(g, 1 / g.camera.fx),
-        ay=opaque(g, -1 / g.camera.fy),
         blend=opaque(g, method.length_blend),
     )
 

@@ -63,8 +63,15 @@ def _switches(g: GBuffer, method: Any, *, unlimited: bool) -> Switches:
         pyramid=None if method.pyramid is None else pyramid.Table.of(width, height, method.pyramid.n_levels),
         unlimited=unlimited,
         clamp_px=not math.isinf(plain(_longest_px(g, method))),
+        square_pixels=_square_pixels(g.camera),
         pulled=is_attached(method.depth_bias) or method.depth_bias > 0,
     )
+
+
+def _square_pixels(camera: Any) -> bool:
+    """Whether pixels are known to be square to the last digit of single precision."""
+    known = not (dr.is_array_v(camera.fx) or dr.is_array_v(camera.fy))
+    return known and math.isclose(camera.fx, camera.fy, rel_tol=1e-7)
 
 
 def _scalars(g: GBuffer, method: SliceMethod, radius: Any, frame_index: int) -> Scalars:

@@ -8,6 +8,8 @@ of an open hemisphere is 1.
 
 import drjit as dr
 
+from .roots import rsqrt
+
 __all__ = ["attenuation", "by_horizon", "by_sample", "left_of", "tangent"]
 
 
@@ -35,7 +37,7 @@ def tangent(n, left, zenith):
     """
     line = tuple(dr.fma(left[i], n[j], -left[j] * n[i]) for i, j in ((1, 2), (2, 0), (0, 1)))
     rise, length2 = (dr.fma(line[0], v[0], dr.fma(line[1], v[1], line[2] * v[2])) for v in (zenith, line))
-    return rise * dr.rsqrt(length2)
+    return rise * rsqrt(length2)
 
 
 def attenuation(distance2, rcp_radius):
@@ -57,7 +59,7 @@ def by_sample(c, w, h, blocked):
     Returns:
         ``h`` and ``blocked`` with the sample.
     """
-    rises = c > h
+    rises = h < c
     return dr.select(rises, c, h), dr.select(rises, dr.fma(c - h, w, blocked), blocked)
 
 
@@ -71,5 +73,5 @@ def by_horizon(c, w, h, w_h):
     Returns:
         ``h`` and ``w_h`` with the sample.
     """
-    rises = c > h
+    rises = h < c
     return dr.select(rises, c, h), dr.select(rises, w, w_h)

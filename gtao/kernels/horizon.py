@@ -2,14 +2,25 @@
 
 import drjit as dr
 
-__all__ = ["apart_squared", "attenuate", "background_cosine", "cosine", "cut_at_sphere", "index_weight", "weight"]
+from .roots import rsqrt
+
+__all__ = [
+    "apart_form",
+    "apart_squared",
+    "attenuate",
+    "background_cosine",
+    "cosine",
+    "cut_at_sphere",
+    "index_weight",
+    "weight",
+]
 
 
 def cosine(D, V):
     """⟨D, V⟩/|D| of the offset D from the shaded point to the sample, with |D|² and ⟨D, V⟩ (theory, eq. (7))."""
     d2 = dr.fma(D[0], D[0], dr.fma(D[1], D[1], D[2] * D[2]))
     dV = dr.fma(D[0], V[0], dr.fma(D[1], V[1], D[2] * V[2]))
-    return dV * dr.rsqrt(d2), d2, dV
+    return dV * rsqrt(d2), d2, dV
 
 
 def weight(distance2, scale, offset, *, squared=False):
@@ -19,7 +30,8 @@ def weight(distance2, scale, offset, *, squared=False):
     end (theory, eq. (29)).
     """
     w = dr.fma(distance2 if squared else dr.sqrt(distance2), scale, offset)
-    return dr.select(w > 0, dr.select(w < 1, w, 1), 0)
+    w = dr.select(w > 0, w, 0)
+    return dr.select(w < 1, w, 1)
 
 
 def index_weight(j, strength):
@@ -35,7 +47,7 @@ def background_cosine(X, Y, V, orthographic):
     """⟨ω, V⟩ of the background at the image point (X, Y): the direction of its eye ray, where samples tend to."""
     if orthographic:
         return -V[2]
-    return (dr.fma(X, V[0], Y * V[1]) - V[2]) * dr.rsqrt(dr.fma(X, X, dr.fma(Y, Y, 1)))
+    return (dr.fma(X, V[0], Y * V[1]) - V[2]) * rsqrt(dr.fma(X, X, dr.fma(Y, Y, 1)))
 
 
 def attenuate(c, low, w):
@@ -54,38 +66,52 @@ def cut_at_sphere(c, d2, dV, apart2, p, radius, orthographic):
 
     Args:
         c, d2, dV: what :func:`cosine` returned.
-        apart2: squared distance of P from the eye ray (orthographic), or squared sine of the angle between the eye
-            rays through P and through S (perspective).
+        apart2: what :func:`apart_squared` returned.
         p: distance from the eye to the shaded point (perspective only).
 
     Returns:
-        Cosines of the upper and of the lower end of the blocked arc; -1 and 1 where nothing is blocked.
+        Cosines of the upper and of the lower end of the blocked arc, and whether there is one. Without one the upper
+        end is -1 (or NaN, as ``c`` is) and the lower says nothing.
     """
-    r2 = radius * radius
-    if orthographic:
-        beyond, h2, foot, slope = -dV, apart2, 0, 1
-    else:
-        beyond, h2, foot, slope = dr.fma(-p, dV, d2), p * p * apart2, p * apart2, dr.sqrt(1 - apart2)
-    chord2 = r2 - h2
-    chord = dr.sqrt(dr.select(chord2 > 0, chord2, 0)) * slope
     rcp_r = 1 / radius
-    inside = d2 <= r2
-    hit = inside | ((chord2 > 0) & (beyond < 0))
-    upper = dr.select(inside, c, dr.select(hit, (foot + chord) * rcp_r, -1))
-    return upper, dr.select(hit, (foot - chord) * rcp_r, 1)
+    if orthographic:
+        in_front, foot, chord2 = dV > 0, 0, dr.fma(-rcp_r * rcp_r, apart2, 1)
+    else:
+        p_r = p * rcp_r
+        in_front, foot = p * dV > d2, p_r * apart2
+        chord2 = dr.fma(-p_r, foot, 1) * (1 - apart2)
+    inside, meets = d2 <= radius * radius, chord2 > 0
+    chord = dr.sqrt(dr.select(meets, chord2, 0))
+    enters = meets & in_front
+    upper = dr.select(inside, c, dr.select(enters, foot + chord, -1))
+    return upper, foot - chord, inside | enters
 
 
-def apart_squared(dX, dY, X0, Y0, rcp_a2, X, Y, orthographic):
-    """How far the eye rays through two image points are apart, squared; see :func:`cut_at_sphere`.
+def apart_squared(i, j, form, X, Y, orthographic):
+    """How far the eye rays through two pixels are apart: squared distance, or squared sine of the angle between them.
 
     Args:
-        dX, dY: difference of the image-plane coordinates; the differences keep the digits that the points lose.
-        X0, Y0, rcp_a2: the shaded point's coordinates and 1 / (X0² + Y0² + 1).
-        X, Y: the sample's coordinates.
+        i, j: the sample's texel coordinates less the shaded point's: differences keep the digits that points lose.
+        form: what :func:`apart_form` returned.
+        X, Y: the sample's image-plane coordinates.
     """
-    d2 = dr.fma(dX, dX, dY * dY)
+    ii, ij, jj = form
     if orthographic:
-        return d2
-    t = dr.fma(dX, Y0, -dY * X0)
-    sine2 = dr.fma(t, t, d2) * rcp_a2 / dr.fma(X, X, dr.fma(Y, Y, 1))
-    return dr.select(sine2 < 1, sine2, 1)
+        return dr.fma(ii * i, i, jj * j * j)
+    return dr.fma(dr.fma(ii, i, ij * j), i, jj * j * j) / dr.fma(X, X, dr.fma(Y, Y, 1))
+
+
+def apart_form(ax, ay, X, Y, rcp_a2, orthographic):
+    """Coefficients of i², i j and j² of :func:`apart_squared`, from the shaded point's image-plane coordinates.
+
+    The sine of the angle between two eye rays is |δ × (X, Y, -1)| / (a |(X', Y', -1)|), δ the difference of their
+    image-plane coordinates.
+
+    Args:
+        ax, ay: width and height of a texel in the image plane.
+        rcp_a2: 1/a² = 1 / (X² + Y² + 1).
+    """
+    if orthographic:
+        return ax * ax, None, ay * ay
+    u, v = ax * Y, ay * X
+    return dr.fma(u, u, ax * ax) * rcp_a2, -2 * u * v * rcp_a2, dr.fma(v, v, ay * ay) * rcp_a2

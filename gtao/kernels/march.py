@@ -139,6 +139,10 @@ class March:
         numbers = Packing(self.k.n_steps, accumulator.n_extrema).unpack(words)
         return self._share(self._replayed(accumulator, self._slice(i, *azimuth), numbers))
 
+    def through(self, accumulator, i, azimuth):
+        """What slice ``i`` adds to :meth:`mean`, from all its samples."""
+        return self._share(self._value(accumulator, self._slice(i, *azimuth)))
+
     def _share(self, value):
         """What a slice adds to the mean, whose sum is 0 on the background."""
         return dr.select(self.surface, value * (1 / self.k.n_slices), 0)
@@ -182,11 +186,8 @@ class March:
             # Slices do not contain the zenith, so that ⟨N, T⟩ does not say where they meet the tangent plane.
             rise = hbao.tangent(self.facing, hbao.left_of(ux, uy, pixel.X, pixel.Y), pixel.V)
             start = -rise, rise
-        ux, uy = ux * s.fx, -uy * s.fy
-        length2 = dr.fma(ux, ux, uy * uy)
-        rcp = dr.rsqrt(length2)
-        direction = ux * rcp, uy * rcp
-        lengths = reach.reaches(k, s, self.slice_frame, self.extent, (c, q), length2 * rcp, direction, pixel.x, pixel.y)
+        direction, length = reach.direction(k, s, ux, uy)
+        lengths = reach.reaches(k, s, self.slice_frame, self.extent, (c, q), length, direction, pixel.x, pixel.y)
         sides = tuple(reach.Side.of(length, s.min_step_px, k.step_law) for length in lengths)
         return Slice(pixel, i, pixel.nV, nT, start, direction, sides, off)
 

@@ -30,6 +30,7 @@ class Switches:
     pyramid: pyramid.Table | None  # levels of the buffer that samples are read from
     unlimited: bool  # the radius is infinite
     clamp_px: bool
+    square_pixels: bool  # fx = fy, neither with gradients
     pulled: bool  # the shaded point is moved toward the viewer
 
     @property
@@ -46,6 +47,11 @@ class Switches:
     def leaves_frame(self) -> bool:
         """Whether a sample may lie off the frame, or off the part of it that the search was shortened to."""
         return self.border != "shorten" or self.step_law != "strata"
+
+    @property
+    def unit_directions(self) -> bool:
+        """Whether the marching direction of a slice is a unit vector in pixels too."""
+        return self.square_pixels and self.slice_measure != "view"
 
 
 @dataclass(frozen=True)
@@ -77,7 +83,7 @@ class Pixel:
     y: Any
     X: Any
     Y: Any
-    rcp_a2: Any  # 1 / (X² + Y² + 1)
+    apart: tuple[Any, Any, Any]  # see :func:`gtao.kernels.horizon.apart_form`
     P: tuple[Any, Any, Any]
     p: Any  # distance from the eye; None in parallel projection
     V: tuple[Any, Any, Any]
@@ -117,3 +123,7 @@ class Sample:
     X: Any
     Y: Any
     z: Any
+
+    def offset(self, pixel: Pixel):
+        """Difference of the texel coordinates to the shaded point's."""
+        return self.x - pixel.x, self.y - pixel.y

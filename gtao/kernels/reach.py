@@ -6,9 +6,10 @@ from typing import Any
 
 import drjit as dr
 
+from .roots import rsqrt
 from .slices import BOUNDLESS
 
-__all__ = ["Side", "reaches", "sphere_extent"]
+__all__ = ["Side", "direction", "reaches", "sphere_extent"]
 
 
 @dataclass(frozen=True)
@@ -23,16 +24,29 @@ class Side:
     def of(cls, reach, min_step_px, step_law):
         if step_law != "strata":
             return cls(min_step_px, reach, True)
-        # A side whose nearest sample is off the frame has none: its steps stay on the pixel and are discarded.
-        inside = reach >= min_step_px
-        return cls(dr.select(inside, min_step_px, 0), dr.select(inside, reach, 0), inside)
+        # A side whose nearest sample is off the frame has none: what its steps find is discarded.
+        return cls(min_step_px, reach, reach >= min_step_px)
+
+
+def direction(k, s, ux, uy):
+    """Unit vector in pixels, y down, of the direction (ux, uy) in the image plane, and pixels per unit of it.
+
+    Args:
+        k, s: :class:`gtao.kernels.march_types.Switches` and :class:`gtao.kernels.march_types.Scalars`.
+    """
+    if k.unit_directions:
+        return (ux, -uy), s.fx
+    ux, uy = ux * s.fx, -uy * s.fy
+    length2 = dr.fma(ux, ux, uy * uy)
+    rcp = rsqrt(length2)
+    return (ux * rcp, uy * rcp), length2 * rcp
 
 
 def sphere_extent(k, radius, z, p):
     """Tangent of the angle under which the sphere of the search radius is seen, or its published stand-in.
 
     Args:
-        k: :class:`gtao.kernels.march.Switches`.
+        k: :class:`gtao.kernels.march_types.Switches`.
         radius: search radius in scene units.
         z, p: view depth of the shaded point, its distance from the eye (perspective only).
     """
@@ -42,14 +56,14 @@ def sphere_extent(k, radius, z, p):
         return radius / z
     outside = dr.fma(p, p, -radius * radius)
     # From inside of the sphere it is all around; the frame's border limits the search then.
-    return dr.select(outside > 0, radius * dr.rsqrt(dr.select(outside > 0, outside, 1)), BOUNDLESS)
+    return dr.select(outside > 0, radius * rsqrt(dr.select(outside > 0, outside, 1)), BOUNDLESS)
 
 
 def reaches(k, s, slice_frame, m, azimuth, length, direction, x, y):
     """Lengths of the search to -T and +T in pixels (ℓ of theory, eq. (24)): the sphere's extent, within the frame.
 
     Args:
-        k, s: :class:`gtao.kernels.march.Switches` and :class:`gtao.kernels.march.Scalars`.
+        k, s: :class:`gtao.kernels.march_types.Switches` and :class:`gtao.kernels.march_types.Scalars`.
         m: what :func:`sphere_extent` returned.
         azimuth: cosine and sine of the slice's azimuth.
         length: pixels per unit of the marching direction.
@@ -79,12 +93,14 @@ def _to_border(k, direction, x, y):
     dx, dy = direction
     # Texel centres lie at integers, and a sample is the texel it rounds to: stay a little inside the outermost half.
     margin = 0.499
-    rcp_x, rcp_y = 1 / dr.select(abs(dx) > 1e-9, abs(dx), 1e-9), 1 / dr.select(abs(dy) > 1e-9, abs(dy), 1e-9)
-    far_x, far_y = (k.width - 1 + margin) - x, (k.height - 1 + margin) - y
-    near_x, near_y = x + margin, y + margin
-    right, down = dx > 0, dy > 0
-    bx, by = dr.select(right, far_x, near_x) * rcp_x, dr.select(down, far_y, near_y) * rcp_y
-    reach1 = dr.select(bx < by, bx, by)
-    bx, by = dr.select(right, near_x, far_x) * rcp_x, dr.select(down, near_y, far_y) * rcp_y
-    reach0 = dr.select(bx < by, bx, by)
-    return reach0, reach1
+    dx, dy = dr.select(abs(dx) > 1e-9, dx, 1e-9), dr.select(abs(dy) > 1e-9, dy, 1e-9)
+    rcp = 1 / (dx * dy)
+    rcp_x, rcp_y = dy * rcp, dx * rcp
+    # Lengths, negative behind, to the lines that the four borders lie on.
+    right, left = ((k.width - 1 + margin) - x) * rcp_x, (-margin - x) * rcp_x
+    bottom, top = ((k.height - 1 + margin) - y) * rcp_y, (-margin - y) * rcp_y
+    ahead_x, ahead_y = dr.select(right > left, right, left), dr.select(bottom > top, bottom, top)
+    behind_x, behind_y = dr.select(right < left, right, left), dr.select(bottom < top, bottom, top)
+    ahead = dr.select(ahead_x < ahead_y, ahead_x, ahead_y)
+    behind = dr.select(behind_x > behind_y, behind_x, behind_y)
+    return -behind, ahead

@@ -2,7 +2,9 @@
 
 import drjit as dr
 
+from . import horizon
 from .march_types import Pixel, Scalars, Switches
+from .roots import rsqrt
 
 __all__ = ["shaded_point"]
 
@@ -11,7 +13,7 @@ def shaded_point(x, y, z, normal, k: Switches, s: Scalars, Float):
     """The shaded point; its normal, facing the zenith; and, if slices do not contain the zenith, facing the eye."""
     X, Y = dr.fma(x, s.ax, s.bx), dr.fma(y, s.ay, s.by)
     a2 = dr.fma(X, X, dr.fma(Y, Y, 1))
-    rcp_a = dr.rsqrt(a2)
+    rcp_a = rsqrt(a2)
     axis = (Float(0), Float(0), Float(1))
     if k.orthographic:
         P, p, V = (X, Y, -z), None, axis
@@ -23,7 +25,8 @@ def shaded_point(x, y, z, normal, k: Switches, s: Scalars, Float):
     if k.zenith == "optical_axis" and not k.orthographic:
         facing, V = n, axis
         n, nV = _bent(n, V)
-    return Pixel(x, y, X, Y, rcp_a * rcp_a, P, p, V, nV), n, facing
+    apart = horizon.apart_form(s.ax, s.ay, X, Y, rcp_a * rcp_a, k.orthographic)
+    return Pixel(x, y, X, Y, apart, P, p, V, nV), n, facing
 
 
 def _bent(n, V):
@@ -32,6 +35,6 @@ def _bent(n, V):
     facing = 1e-3
     bend = dr.select(nV < facing, facing - nV, 0)
     n = tuple(dr.fma(bend, v, c) for c, v in zip(n, V, strict=True))
-    scale = dr.rsqrt(dr.fma(n[0], n[0], dr.fma(n[1], n[1], n[2] * n[2])))
+    scale = rsqrt(dr.fma(n[0], n[0], dr.fma(n[1], n[1], n[2] * n[2])))
     n = tuple(c * scale for c in n)
     return n, dr.fma(n[0], V[0], dr.fma(n[1], V[1], n[2] * V[2]))

@@ -95,10 +95,12 @@ def cut(precision, P, V, S, radius, orthographic):
     (X0, Y0), (X, Y), (dX, dY) = (tuple(map(precision.Float, map(float, v))) for v in (a, b, b - a))
     rcp_a2 = 1 / (X0 * X0 + Y0 * Y0 + 1)
     c, d2, dV = horizon.cosine(vector(precision, [S - P]), vector(precision, [V]))
-    apart2 = horizon.apart_squared(dX, dY, X0, Y0, rcp_a2, X, Y, orthographic)
+    # Texels are as wide as an image-plane coordinate in x, and twice as high, and upside down.
+    form = horizon.apart_form(precision.Float(1), precision.Float(-2), X0, Y0, rcp_a2, orthographic)
+    apart2 = horizon.apart_squared(dX, -0.5 * dY, form, X, Y, orthographic)
     p = precision.Float(float(np.linalg.norm(P)))
-    upper, lower = horizon.cut_at_sphere(c, d2, dV, apart2, p, precision.Float(radius), orthographic)
-    return upper[0], lower[0]
+    upper, lower, blocks = horizon.cut_at_sphere(c, d2, dV, apart2, p, precision.Float(radius), orthographic)
+    return upper[0], lower[0] if blocks[0] else 1.0
 
 
 @pytest.mark.parametrize("orthographic", [False, True], ids=["perspective", "orthographic"])

@@ -97,7 +97,7 @@ class Horizon:
             if self.falloff in ("linear", "quadratic"):
                 c = horizon.attenuate(c, self._tangent(sl)[side] if self.toward == "tangent" else -1, w)
             raised = thickness.running(c, best, self.tau) if self.thickness == "running" else c
-            known = c == c if self.thickness == "running" else c > best
+            known = c == c if self.thickness == "running" else best < c
             best = dr.select(known, raised, best)
         return with_side(state, side, best)
 

@@ -31,7 +31,6 @@ class Sectors:
         cut: how a finite radius limits it: "sphere" exactly, "sample" ignores samples beyond it, "none" not at all.
         orthographic: whether eye rays are parallel.
         radius, amount, isolated, gap: see above.
-        ax, ay: of :class:`gtao.kernels.march.Scalars`.
         key: selects the jitter.
         linked: whether bodies of two samples in a row that overlap in depth, or nearly so, are one that also blocks
             what lies between them.
@@ -51,8 +50,6 @@ class Sectors:
     amount: Any
     isolated: Any
     gap: Any
-    ax: Any
-    ay: Any
     key: Any
     linked: bool
     layers: tuple[tuple[Any, Any], ...]
@@ -164,9 +161,9 @@ class Sectors:
         if self.cut == "sample":
             there = d2 <= self.radius * self.radius
             return dr.select(there, front, -1), dr.select(there, back, -1), there
-        dX, dY = (sample.x - pixel.x) * self.ax, (sample.y - pixel.y) * self.ay
-        apart2 = horizon.apart_squared(dX, dY, pixel.X, pixel.Y, pixel.rcp_a2, sample.X, sample.Y, self.orthographic)
-        upper, lower = horizon.cut_at_sphere(front, d2, dV, apart2, pixel.p, self.radius, self.orthographic)
+        apart2 = horizon.apart_squared(*sample.offset(pixel), pixel.apart, sample.X, sample.Y, self.orthographic)
+        cut = horizon.cut_at_sphere(front, d2, dV, apart2, pixel.p, self.radius, self.orthographic)
+        upper, lower, blocks = cut
         if self.thickness != "solid":
             lower = dr.select(back > lower, back, lower)
-        return upper, dr.select(lower < upper, lower, upper), lower <= upper
+        return upper, dr.select(lower < upper, lower, upper), blocks & (lower <= upper)

@@ -7,7 +7,7 @@ import drjit as dr
 
 from gtao.kernels import horizon, slices
 
-from ._arc import blended_length, open_arc
+from ._arc import blended_length, full_arc, open_arc
 from ._sides import with_side
 
 __all__ = ["SphereCut"]
@@ -31,8 +31,6 @@ class SphereCut:
     blended: bool
     arccosine: str
     radius: Any
-    ax: Any
-    ay: Any
     blend: Any
 
     n_extrema = 2  # the upper and the lower end
@@ -47,24 +45,23 @@ class SphereCut:
     def add(self, state, side, sample, sl):
         pixel, (upper, lower) = sl.pixel, state[side]
         counts = slices.clamped_start(sl.nV, sl.nT, RELIEF)[side]
-        dX, dY = (sample.x - pixel.x) * self.ax, (sample.y - pixel.y) * self.ay
-        apart2 = horizon.apart_squared(dX, dY, pixel.X, pixel.Y, pixel.rcp_a2, sample.X, sample.Y, self.orthographic)
-        c, end = horizon.cut_at_sphere(sample.c, sample.d2, sample.dV, apart2, pixel.p, self.radius, self.orthographic)
-        rises = (c > counts) & (end < lower)
-        mine = dr.select(c > upper, c, upper), dr.select(rises, end, lower)
+        apart2 = horizon.apart_squared(*sample.offset(pixel), pixel.apart, sample.X, sample.Y, self.orthographic)
+        seen = sample.c, sample.d2, sample.dV
+        c, end, _ = horizon.cut_at_sphere(*seen, apart2, pixel.p, self.radius, self.orthographic)
+        rises = (lower > end) & (counts < c)
+        mine = dr.select(upper < c, c, upper), dr.select(rises, end, lower)
         return with_side(state, side, mine)
 
     def finish(self, state, sl):
         (c0, end0), (c1, end1) = (self._seen(*of_side) for of_side in zip(state, sl.start, sl.inside, strict=True))
         arc = (self.weighting, sl.nV, sl.nT)
-        value = open_arc(*arc, c0, c1, self.arccosine)
-        value = value + open_arc(*arc, *sl.start, self.arccosine)
-        value = value - open_arc(*arc, end0, end1, self.arccosine)
+        value = full_arc(*arc, sl.start, self.arccosine) - open_arc(*arc, end0, end1, self.arccosine)
+        value = value + open_arc(*arc, c0, c1, self.arccosine)
         return blended_length(value, sl, self.blend) if self.blended else value
 
     def _seen(self, state, start, inside):
         """Upper and lower end of a side's blocked arc, both within the hemisphere."""
         upper, lower = state
         upper = dr.select(inside, upper, start)
-        open_below = inside & (upper > start) & (lower > start) & (lower < upper)
+        open_below = (lower > start) & (upper > lower)
         return upper, dr.select(open_below, lower, start)
