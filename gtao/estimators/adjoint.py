@@ -1,45 +1,14 @@
-"""Gradients of a march: search without them, remember the winning samples, and differentiate only those.
-
-A horizon is a maximum over samples, and the derivative of a maximum is that of the sample that attains it (Danskin's
-theorem; theory, eq. (88)). What one reverse or forward pass costs therefore does not grow with the number of steps.
-"""
-
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from contextvars import ContextVar
-from dataclasses import replace
-from typing import Any
+"""A march with gradients where they are asked for: which operation has them (:mod:`gtao.estimators.envelope`)."""
 
 import drjit as dr
 
 from gtao.errors import ConfigError
 from gtao.kernels import steps
-from gtao.kernels.apart import apart
 
+from .envelope import MAX_UNROLLED, Banded, Fused, Sealed, Stored, Through, is_fused, mean_of_bands
 from .job import Job
 
-__all__ = ["estimate", "fused"]
-
-#: Up to this many slices are differentiated in straight code.
-MAX_UNROLLED = 4
-#: Copies of a gradient image that there is always memory for.
-MAX_COPIES = 4
-
-_LAUNCHED: ContextVar[Callable[[], None] | None] = ContextVar("_LAUNCHED", default=None)
-
-
-@contextmanager
-def fused(launched: Callable[[], None]):
-    """Leave estimates with gradients unevaluated, so that one launch can hold them, the loss and the gradients.
-
-    Args:
-        launched: called after that launch, before gradients are added up.
-    """
-    token = _LAUNCHED.set(launched)
-    try:
-        yield
-    finally:
-        _LAUNCHED.reset(token)
+__all__ = ["estimate"]
 
 
 def estimate(job: Job, max_pixels: int | None = None):
@@ -53,202 +22,21 @@ def estimate(job: Job, max_pixels: int | None = None):
     """
     inputs = {name: a for name, a in job.inputs().items() if dr.grad_enabled(a)}
     bands = None if max_pixels is None or max_pixels >= job.n else max_pixels
-    if inputs and not job.accumulator.n_extrema:
-        return _through_all(job, bands)
     if not inputs:
-        return job.march().mean(job.accumulator) if bands is None else _mean_of_bands(job, bands)
+        return job.march().mean(job.accumulator) if bands is None else mean_of_bands(job, bands)
     detached = job.with_inputs({name: dr.detach(a) for name, a in inputs.items()})
+    return dr.custom(_kind(job, bands), Sealed(detached, bands), inputs)
+
+
+def _kind(job: Job, bands: int | None) -> type:
+    """The operation that has the gradients."""
+    if not job.accumulator.n_extrema:
+        if not job.switches.unrolled:
+            raise ConfigError(
+                f"gradients of this method go through every sample: choose n_steps <= {steps.MAX_UNROLLED}, got"
+                f" {job.switches.n_steps}"
+            )
+        return Through
     if bands is not None:
-        kind = _Banded
-    else:
-        kind = _Fused if _LAUNCHED.get() and job.switches.n_slices <= MAX_UNROLLED else _Stored
-    return dr.custom(kind, _Sealed(detached, bands), inputs)
-
-
-def _through_all(job: Job, bands: int | None):
-    """With gradients through every sample, because each changes the result."""
-    if not job.switches.unrolled:
-        raise ConfigError(
-            f"gradients of this method go through every sample: choose n_steps <= {steps.MAX_UNROLLED}, got"
-            f" {job.switches.n_steps}"
-        )
-    if bands is not None:
-        raise ConfigError("gradients of this method go through every sample of a frame at once: leave max_pixels out")
-    if job.samples_are_pixels:
-        own, tapped = apart(job.view_z)
-        job = replace(job, view_z=own, field=tapped)
-    return job.march().mean(job.accumulator)
-
-
-def _mean_of_bands(job: Job, bands: int):
-    mean = dr.empty(job.types.Float, job.n)
-    for band in job.bands(bands):
-        dr.scatter(mean, band.march().mean(band.accumulator), band.lane_index())
-        dr.eval(mean)
-    return mean
-
-
-@contextmanager
-def _expanded(size: int):
-    """Let threads of the CPU add to copies of a gradient of ``size`` numbers: a third faster than to one with locks.
-
-    Dr.Jit does so up to a size that suits many threads; few can afford more.
-    """
-    before = dr.expand_threshold()
-    if dr.thread_count() <= MAX_COPIES:
-        dr.set_expand_threshold(max(before, size))
-    try:
-        yield
-    finally:
-        dr.set_expand_threshold(before)
-
-
-class _Sealed:
-    """Keeps Dr.Jit from looking into arguments that hold no gradients."""
-
-    def __init__(self, job: Job, bands: int | None):
-        self.job, self.bands = job, bands
-
-
-class _Envelope(dr.CustomOp):
-    """A march whose derivatives are those of the winning samples."""
-
-    def eval(self, sealed: _Sealed, inputs: dict[str, Any]):
-        self.job, self.bands, self.names = sealed.job, sealed.bands, tuple(inputs)
-        return self._search()
-
-    def _search(self) -> Any:
-        """The result."""
-        raise NotImplementedError
-
-    def _parts(self) -> Iterator[tuple[Job, Callable[[Any], Any]]]:
-        """Parts of the frame, each with a function from a slice's number to the packed numbers of its winners."""
-        raise NotImplementedError
-
-    def _make(self, arrays: Any) -> None:
-        """Called with all gradients of a part: one that was looked at alone would launch the whole pass for itself."""
-        dr.eval(arrays)
-
-    def backward(self):
-        arrays, seed = self._arrays(), self.grad_out()
-        whole = {name: a for name, a in arrays.items() if name == "field"}
-        gradients: dict[str, Any] = {}
-        with _expanded(dr.width(self.job.field)):
-            with dr.resume_grad():
-                dr.enable_grad(whole)
-            for part, winners in self._parts():
-                packed = part.packed(self._adjoint(part, winners, part.new(part.own(seed)), arrays, whole))
-                self._make((packed, dr.grad(whole)))
-                part.collect(gradients, packed)
-            gradients |= dr.grad(whole)
-        # Dr.Jit goes by the order of the entries.
-        self.set_grad_in("inputs", {name: gradients[name] for name in self.names})
-
-    def _adjoint(self, job: Job, winners, seed, arrays: dict[str, Any], whole: dict[str, Any]) -> dict[str, Any]:
-        """Gradients of the lanes of a part; those of ``whole`` accumulate in its variables."""
-
-        def of_slice(i, azimuth):
-            with dr.resume_grad():
-                lanes = job.lanes(arrays)
-                dr.enable_grad(lanes)
-                march, accumulator = job.march_of(lanes | whole)
-                value = march.replay(accumulator, winners(i), i, azimuth)
-                dr.backward_from(value * seed)
-                return dr.grad(lanes)
-
-        return _over_slices(job, of_slice, {name: dr.zeros(type(a), job.n) for name, a in job.lanes(arrays).items()})
-
-    def forward(self):
-        arrays, tangents = self._arrays(), self.grad_in("inputs")
-        parts = [(part, self._tangent(part, winners, arrays, tangents)) for part, winners in self._parts()]
-        if len(parts) == 1:
-            self.set_grad_out(parts[0][1])
-            return
-        result = dr.empty(self.job.types.Float, self.job.n)
-        for part, tangent in parts:
-            dr.scatter(result, tangent, part.lane_index())
-        self.set_grad_out(result)
-
-    def _tangent(self, job: Job, winners, arrays: dict[str, Any], tangents: dict[str, Any]):
-        """Change of a part of the result."""
-        field = {name: a for name, a in tangents.items() if name == "field"}
-
-        def of_slice(i, azimuth):
-            with dr.resume_grad():
-                lanes = job.lanes(arrays) | {name: type(arrays[name])(arrays[name]) for name in field}
-                dr.enable_grad(lanes)
-                dr.set_grad(lanes, job.lanes(tangents) | field)
-                march, accumulator = job.march_of(lanes)
-                value = march.replay(accumulator, winners(i), i, azimuth)
-                dr.enqueue(dr.ADMode.Forward, *lanes.values())
-                dr.traverse(dr.ADMode.Forward)
-                return {"value": dr.grad(value)}
-
-        return _over_slices(job, of_slice, {"value": dr.zeros(job.types.Float, job.n)})["value"]
-
-    def _arrays(self) -> dict[str, Any]:
-        """The inputs as variables of their own."""
-        arrays = self.job.inputs()
-        return {name: type(arrays[name])(arrays[name]) for name in self.names}
-
-    def name(self):
-        return "gtao"
-
-
-class _Stored(_Envelope):
-    """One launch for the search, which stores the winners, and one for the gradients, whatever happens in between."""
-
-    def _search(self):
-        value, self.winners = self.job.march().search(self.job.accumulator)
-        dr.eval(value, self.winners)
-        return value
-
-    def _parts(self):
-        yield self.job, lambda i: self.job.march().stored(self.winners, i, self.job.accumulator)
-
-
-class _Fused(_Envelope):
-    """Everything in one launch, if nothing is evaluated in between."""
-
-    def _search(self):
-        value, self.winners = self.job.march().search_straight(self.job.accumulator)
-        return value
-
-    def _parts(self):
-        yield self.job, lambda i: self.winners[i]
-
-    def _make(self, arrays):
-        super()._make(arrays)
-        launched = _LAUNCHED.get()
-        assert launched is not None
-        launched()
-
-
-class _Banded(_Envelope):
-    """Band after band; the gradients search again, so that memory does not grow with the number of slices."""
-
-    def _search(self):
-        return _mean_of_bands(self.job, self.bands)
-
-    def _parts(self):
-        for band in self.job.bands(self.bands):
-            _, winners = band.march().search(band.accumulator)
-            dr.eval(winners)
-            yield band, lambda i, band=band, winners=winners: band.march().stored(winners, i, band.accumulator)
-
-
-def _over_slices(job: Job, of_slice, zero: dict[str, Any]) -> dict[str, Any]:
-    """The sum of what ``of_slice(i, azimuth)`` gives."""
-    march, n_slices = job.march(), job.switches.n_slices
-
-    def body(i, total, *azimuth):
-        share = of_slice(i, azimuth)
-        return i + 1, {k: total[k] + share[k] for k in total}, *march.next_azimuth(*azimuth)
-
-    if n_slices > MAX_UNROLLED:
-        start = (job.types.UInt(0), zero, *march.first_azimuth())
-        return dr.while_loop(start, lambda i, *_: i < n_slices, body, label="adjoint")[1]
-    state = (0, zero, *march.first_azimuth())
-    for _ in range(n_slices):
-        state = body(*state)
-    return state[1]
+        return Banded
+    return Fused if is_fused() and job.switches.n_slices <= MAX_UNROLLED else Stored

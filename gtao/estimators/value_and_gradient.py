@@ -9,7 +9,7 @@ import drjit as dr
 from gtao.errors import ConfigError, ShapeError
 from gtao.gbuffer import GBuffer
 
-from .adjoint import fused
+from .envelope import fused
 from .occlusion import ambient_occlusion
 
 __all__ = ["ValueAndGradient", "value_and_gradient"]

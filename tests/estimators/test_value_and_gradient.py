@@ -112,7 +112,7 @@ def test_a_frame_that_is_none_is_refused_in_words():
 
 # 17 rows in bands of 1, 5 and 16 rows, the last of which overlaps the one before; and all at once.
 @pytest.mark.parametrize("max_pixels", [1, 5 * WIDTH, 16 * WIDTH + 3, HEIGHT * WIDTH, 10**9])
-@pytest.mark.parametrize("name", ["1 slice", "3 slices, falloff", "more slices than are unrolled"])
+@pytest.mark.parametrize("name", METHODS)
 def test_bands_give_the_same_values_and_gradients(name, max_pixels):
     def run(**options):
         view_z, normals, g = frame()
