@@ -57,7 +57,7 @@ def _texel(buffer, px, py, level, k: Any, types):
     if level is None:
         z = fetch.texel(buffer, x, y, k.width, k.height, types, inside=k.leaves_frame)
     else:
-        z = pyramid.fetch_level(buffer, k.pyramid, x, y, level, types)
+        z = pyramid.fetch_level(buffer, k.pyramid, x, y, level, types, inside=k.leaves_frame)
     return (z, tx, ty) if k.snap_to_texel else (z, px, py)
 
 

@@ -62,6 +62,11 @@ class Table:
         """Length of the buffer."""
         return self.offsets[0] + self.stride * self.height
 
+    @property
+    def last(self):
+        """Number of the last texel."""
+        return self.size - 1 - (self.stride - self.width)
+
 
 def _round_up(value, multiple):
     return -(-value // multiple) * multiple

@@ -36,11 +36,12 @@ def level(distance_px, scale, table: Table, types):
     return dr.reinterpret_array(types.Float, UInt(2 * one) - (dr.reinterpret_array(UInt, scaled) & mask))
 
 
-def index(table: Table, px, py, s, types):
+def index(table: Table, px, py, s, types, *, inside=False):
     """Number in the buffer of the texel of the level of scale ``s`` that contains pixel (px, py).
 
     Args:
-        px, py: whole numbers as floats, inside the frame.
+        px, py: whole numbers as floats.
+        inside: whether they are known to lie in the frame; if not, any texel may be read for those that do not.
     """
     UInt, Int = types.UInt, types.Int
     if _is_exact(table, types):
@@ -50,12 +51,12 @@ def index(table: Table, px, py, s, types):
         k = _number(s, types)
         row = UInt(Int(py)) >> k
         number = ((row * table.stride + (UInt(table.base) >> k) + UInt(Int(px))) >> k) - table.shift
-    return _existing(number, table)
+    return number if inside else _existing(number, table)
 
 
-def fetch_level(buffer, table: Table, px, py, s, types):
+def fetch_level(buffer, table: Table, px, py, s, types, *, inside=False):
     """Depth of the texel of the level of scale ``s`` that contains pixel (px, py), see :func:`index`."""
-    return dr.gather(types.Float, buffer, index(table, px, py, s, types))
+    return dr.gather(types.Float, buffer, index(table, px, py, s, types, inside=inside))
 
 
 def bilinear_level(buffer, table: Table, px, py, s, orthographic, types):
@@ -103,5 +104,5 @@ def _number(s, types):
 
 
 def _existing(number, table):
-    """The number of a texel, of the first where coordinates are no numbers: never a wild address."""
-    return dr.select(number < table.size, number, table.offsets[-1])
+    """The number of a texel, of the last where coordinates are no numbers: never a wild address."""
+    return dr.select(number < table.last, number, table.last)
