@@ -44,6 +44,18 @@ def test_one_kernel_of_the_recorded_size(name):
     assert kernel["operation_count"] <= expected * SLACK
 
 
+@pytest.mark.parametrize(("measure", "saved"), [("screen", 8), ("view", 0)])
+def test_square_pixels_keep_unit_directions_of_the_image(measure, saved):
+    """Directions that are even in the image then need no normalising; those about the view vector always do."""
+    m = gtao.GTAO(slice_measure=measure, radius=0.5, n_slices=3, falloff=gtao.NoCut())
+    square, other = (
+        gtao.GBuffer(buffer().view_z, None, gtao.PerspectiveCamera(64, 48, fx=40.0, fy=fy)) for fy in (40.0, 41.0)
+    )
+    (few,), (more,) = kernels(square, m), kernels(other, m)
+    assert more["operation_count"] - few["operation_count"] >= saved
+    assert (few["hash"] == more["hash"]) == (saved == 0)
+
+
 def test_the_linear_fetch_prepares_its_field_once():
     g = buffer()
     m = gtao.GTAO(fetch="linear")

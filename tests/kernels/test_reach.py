@@ -58,6 +58,21 @@ def test_a_search_along_an_axis_ends_at_the_border(precision, dx, dy):
     assert behind[0] == pytest.approx(to_border(x, y, -along[0], -along[1]), rel=10 * precision.tolerance)
 
 
+@pytest.mark.parametrize(("fx", "fy", "unit"), [(50.0, 50.0, True), (50.0, 50.0, False), (50.0, 80.0, False)])
+def test_directions_are_unit_vectors_in_pixels(precision, fx, fy, unit):
+    """Down is positive in the image; with square pixels a unit vector stays one."""
+    phi = np.linspace(0, np.pi, 7)
+    size = 1 if unit else 1.7
+    ux, uy = size * np.cos(phi), size * np.sin(phi)
+    scalars = SimpleNamespace(fx=precision.Float(fx), fy=precision.Float(fy))
+    k = SimpleNamespace(unit_directions=unit)
+    (dx, dy), length = reach.direction(k, scalars, precision.lanes(ux), precision.lanes(uy))
+    want = np.hypot(fx * ux, fy * uy)
+    assert np.array(length) == pytest.approx(want if not unit else [fx], rel=precision.tolerance)
+    assert np.array(dx) == pytest.approx(fx * ux / want, abs=precision.tolerance)
+    assert np.array(dy) == pytest.approx(-fy * uy / want, abs=precision.tolerance)
+
+
 def test_a_side_shorter_than_its_least_distance_has_no_sample(precision):
     side = reach.Side.of(precision.lanes([0.499, 1.0, 4.0]), precision.Float(1), "strata")
     assert list(np.array(side.inside)) == [False, True, True]
