@@ -66,7 +66,9 @@ def test_high_horizons_keep_their_digits(precision):
     h = np.arccos(np.array(c, dtype=np.float64))
     # h - sin 2h / 2 by its series where the difference of doubles has few digits itself.
     want = np.where(h < 0.1, 2 / 3 * h**3 - 2 / 15 * h**5 + 4 / 315 * h**7, h - 0.5 * np.sin(2 * h))
-    assert got == pytest.approx(want, rel=3 * precision.tolerance)
+    # In single precision a few roundings; in double the terms do cancel, in digits that are left.
+    rel = 8 * float(np.finfo(np.float32).eps) if precision.name == "float32" else precision.tolerance
+    assert got == pytest.approx(want, rel=rel)
 
 
 def test_signed_arcs_golden(precision):
