@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 OUT ?= out
 
-.PHONY: refit test lint docs bench validation clean help
+.PHONY: refit test lint docs bench frameworks validation clean help
 .DEFAULT_GOAL := help
 
 help:
@@ -12,6 +12,7 @@ help:
 	@echo "make test    all gates and tests"
 	@echo "make lint    ruff, pyright, import-linter"
 	@echo "make docs    HTML documentation into docs/_build"
+	@echo "make frameworks   PyTorch and JAX for the tests that need them"
 	@echo "make bench   benchmarks: ratios from interleaved runs, into $(OUT)/bench   (ARGS=--quick: two minutes)"
 
 refit: $(VENV)/.installed
@@ -34,6 +35,9 @@ bench: $(VENV)/.installed-bench
 
 validation: $(VENV)/.installed-dev
 	$(BIN)/python docs/generate.py
+
+frameworks: $(VENV)/.installed-dev
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[torch,jax]'
 
 clean:
 	rm -rf $(OUT) docs/_build build dist .pytest_cache .ruff_cache

@@ -20,7 +20,9 @@ def _tensor(value: Any, name: str):
         return value
     if not (hasattr(value, "__dlpack__") or hasattr(value, "__array_interface__")):
         raise ShapeError(f"{name} must be an array or a number, got {type(value).__name__}")
-    return dr.tensor_t(backend.default_float())(value)
+    tensor = dr.tensor_t(backend.default_float())(value)
+    # A NumPy array is aliased, and what is computed later would see how it changed.
+    return type(tensor)(dr.opaque(tensor.array), tensor.shape)
 
 
 def _check_range(tensor: Any, name: str, low: float, high: float) -> None:

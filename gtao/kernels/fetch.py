@@ -35,14 +35,15 @@ def _index(x, y, width, height, types, *, inside=False):
     return index if inside else dr.select(index < last, index, last)
 
 
-def texel(buffer, x, y, width, height, types, *, inside):
+def texel(buffer, x, y, width, height, types, *, inside, known=True):
     """Texel of ``buffer`` at integer coordinates given as floats.
 
     Args:
         inside: whether the coordinates are known to lie in the frame; if not, any texel may be read for those that do
             not.
+        known: where it is looked at; elsewhere it is 0, and the adjoint leaves it alone.
     """
-    return dr.gather(types.Float, buffer, _index(x, y, width, height, types, inside=inside))
+    return dr.gather(types.Float, buffer, _index(x, y, width, height, types, inside=inside), known)
 
 
 def nearest(buffer, x, y, width, height, types):

@@ -191,7 +191,7 @@ class March:
         sides = tuple(reach.Side.of(length, s.min_step_px, k.step_law) for length in lengths)
         return Slice(pixel, i, pixel.nV, nT, start, direction, sides, off)
 
-    def _sample(self, sl: Slice, side, j, known=None) -> Sample:
+    def _sample(self, sl: Slice, side, j, known=True) -> Sample:
         """Depth sample of step ``j``; where ``known`` is false, of a point that is nowhere special."""
         k, s, pixel, types = self.k, self.s, self.pixel, self.types
         P, z, of_side = pixel.P, -pixel.P[2], sl.sides[side]
@@ -200,8 +200,8 @@ class March:
         dx, dy = sl.direction if side else (-sl.direction[0], -sl.direction[1])
         px, py = dr.fma(dx, d, pixel.x), dr.fma(dy, d, pixel.y)
         level = None if k.pyramid is None else pyramid.level(dr.detach(d), s.level_scale, k.pyramid, types)
-        zs, px, py = taps.read(self.field, px, py, level, k, types)
-        if known is not None:
+        zs, px, py = taps.read(self.field, px, py, level, k, types, known)
+        if known is not True:
             # Not infinitely far and not the shaded point itself, whose derivatives are not finite.
             zs = dr.select(known, zs, 2 * dr.detach(z))
         X, Y = dr.fma(px, s.ax, s.bx), dr.fma(py, s.ay, s.by)

@@ -6,7 +6,7 @@ import drjit as dr
 
 from . import fetch, pyramid
 
-__all__ = ["centre_depth", "read"]
+__all__ = ["read"]
 
 # Where positions are clamped, they stay this many texels inside the frame.
 _CLAMP = 2
@@ -17,7 +17,7 @@ def _within(value, low, high):
     return dr.select(value < high, value, high)
 
 
-def read(buffer, px, py, level, k: Any, types):
+def read(buffer, px, py, level, k: Any, types, known=True):
     """Depth at the point (px, py) and the point that it belongs to.
 
     Args:
@@ -25,6 +25,7 @@ def read(buffer, px, py, level, k: Any, types):
             pyramid, what :func:`gtao.kernels.pyramid.build` made.
         level: of the pyramid, if there is one.
         k: :class:`gtao.kernels.march_types.Switches`.
+        known: where the depth is looked at; elsewhere it may be anything.
 
     Returns:
         ``(z, px, py)``: the point is the centre of the texel where samples snap, and may lie off the frame where the
@@ -34,7 +35,7 @@ def read(buffer, px, py, level, k: Any, types):
     if k.border == "clamp":
         px, py = _within(px, _CLAMP, width - _CLAMP), _within(py, _CLAMP, height - _CLAMP)
     if k.fetch in ("nearest", "floor"):
-        return _texel(buffer, px, py, level, k, types)
+        return _texel(buffer, px, py, level, k, types, known)
     x, y = px, py
     if k.leaves_frame:
         # Positions may lie off the frame, so the shift between the point and what is read is kept.
@@ -47,7 +48,7 @@ def read(buffer, px, py, level, k: Any, types):
     return fetch.nearest_of_four(buffer, px, py, width, height, types), px, py
 
 
-def _texel(buffer, px, py, level, k: Any, types):
+def _texel(buffer, px, py, level, k: Any, types, known):
     """The fetches of one texel: the one of the point, or the nearest to it in the frame."""
     whole = dr.floor if k.fetch == "floor" else dr.round
     tx, ty = whole(px), whole(py)
@@ -55,14 +56,7 @@ def _texel(buffer, px, py, level, k: Any, types):
     if k.leaves_frame:
         x, y = _within(tx, 0, k.width - 1), _within(ty, 0, k.height - 1)
     if level is None:
-        z = fetch.texel(buffer, x, y, k.width, k.height, types, inside=k.leaves_frame)
+        z = fetch.texel(buffer, x, y, k.width, k.height, types, inside=k.leaves_frame, known=known)
     else:
         z = pyramid.fetch_level(buffer, k.pyramid, x, y, level, types, inside=k.leaves_frame)
     return (z, tx, ty) if k.snap_to_texel else (z, px, py)
-
-
-def centre_depth(view_z, x, y, k: Any, types):
-    """Depth of the shaded point: its own texel, but for the fetch that takes the nearest of four."""
-    if k.fetch != "nearest_of_four":
-        return view_z
-    return fetch.nearest_of_four(view_z, x, y, k.width, k.height, types)

@@ -87,3 +87,11 @@ def test_every_form_is_known_to_the_kernels():
     from gtao.kernels.multibounce import FORMS
 
     assert set(FORMS) == set(FORM_PARAMETERS)
+
+
+def test_an_array_may_change_before_the_result_is_looked_at():
+    visibility, albedo = np.full((4, 5), 0.5, np.float32), np.full((4, 5, 3), 0.8, np.float32)
+    expected = gtao.multibounce(visibility.copy(), albedo.copy()).numpy()
+    result = gtao.multibounce(visibility, albedo)
+    visibility[:], albedo[:] = 0.1, 0.2
+    assert np.array_equal(result.numpy(), expected)
