@@ -9,6 +9,7 @@ import math
 
 import drjit as dr
 
+from .chebyshev import evaluate, interpolated
 from .roots import rsqrt
 
 __all__ = [
@@ -38,22 +39,8 @@ _ACOS = (
 )
 
 
-def _interpolated(f, n):
-    """Coefficients, lowest first, of the polynomial that meets f at the n Chebyshev points of [0, 1]."""
-    points = [(1 + math.cos(math.pi * (k + 0.5) / n)) / 2 for k in range(n)]
-    differences = [f(x) for x in points]
-    for order in range(1, n):
-        for k in reversed(range(order, n)):
-            differences[k] = (differences[k] - differences[k - 1]) / (points[k] - points[k - order])
-    coefficients = [0.0] * n
-    for x, difference in zip(reversed(points), reversed(differences), strict=True):
-        coefficients = [low - x * high for low, high in zip([0.0, *coefficients[:-1]], coefficients, strict=True)]
-        coefficients[0] += difference
-    return tuple(coefficients)
-
-
 # (arccos a - a √(1 - a²)) / (1 - a)^1.5 on [0, 1] with an error of 4e-8.
-_SEGMENT = _interpolated(lambda a: (math.acos(a) - a * math.sqrt(1 - a * a)) / (1 - a) ** 1.5, 7)
+_SEGMENT = interpolated(lambda a: (math.acos(a) - a * math.sqrt(1 - a * a)) / (1 - a) ** 1.5, 0.0, 1.0, 7)
 
 
 def acos(x):
@@ -157,11 +144,8 @@ def _segment(c):
     if dr.type_v(c) is not dr.VarType.Float32:
         area = dr.fma(-a, dr.sqrt(s2), dr.acos(a))
     else:
-        p = dr.fma(a, _SEGMENT[-1], _SEGMENT[-2])
-        for coefficient in _SEGMENT[-3::-1]:
-            p = dr.fma(p, a, coefficient)
         below = 1 - a
-        area = below * dr.sqrt(below) * p
+        area = below * dr.sqrt(below) * evaluate(_SEGMENT, a)
     return dr.select(c < 0, math.pi - area, area), s2
 
 
