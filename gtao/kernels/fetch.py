@@ -8,7 +8,7 @@ projection; theory, eq. (30)) and is therefore exact on planes; a cell of four t
 
 import drjit as dr
 
-__all__ = ["EDGE_STEP", "affine_field", "linear", "nearest", "nearest_of_four", "texel"]
+__all__ = ["EDGE_STEP", "affine_field", "linear", "nearest", "nearest_of_four", "texel", "texel_index"]
 
 #: A step between neighbours that lies outside the slopes on its two sides by more than this many pixel footprints is
 #: a depth edge. Inside them it is a surface, smooth or creased: where two planes meet between two texels, the step is
@@ -20,7 +20,7 @@ EDGE_STEP = 2.0
 _EXACT_TEXELS = 1 << 24
 
 
-def _index(x, y, width, height, types, *, inside=False):
+def texel_index(x, y, width, height, types, *, inside=False):
     """Flat index of integer coordinates given as floats; never a wild address, even where they are NaN or outside.
 
     Args:
@@ -35,15 +35,14 @@ def _index(x, y, width, height, types, *, inside=False):
     return index if inside else dr.select(index < last, index, last)
 
 
-def texel(buffer, x, y, width, height, types, *, inside, known=True):
+def texel(buffer, x, y, width, height, types, *, inside):
     """Texel of ``buffer`` at integer coordinates given as floats.
 
     Args:
         inside: whether the coordinates are known to lie in the frame; if not, any texel may be read for those that do
             not.
-        known: where it is looked at; elsewhere it is 0, and the adjoint leaves it alone.
     """
-    return dr.gather(types.Float, buffer, _index(x, y, width, height, types, inside=inside), known)
+    return dr.gather(types.Float, buffer, texel_index(x, y, width, height, types, inside=inside))
 
 
 def nearest(buffer, x, y, width, height, types):
@@ -63,7 +62,7 @@ def nearest_of_four(buffer, x, y, width, height, types):
 
     x0, y0 = dr.floor(x), dr.floor(y)
     columns, rows = [inside(x0 + d, width) for d in (0, 1)], [inside(y0 + d, height) for d in (0, 1)]
-    four = [dr.gather(types.Float, buffer, _index(tx, ty, width, height, types)) for ty in rows for tx in columns]
+    four = [dr.gather(types.Float, buffer, texel_index(tx, ty, width, height, types)) for ty in rows for tx in columns]
     least = four[0]
     for z in four[1:]:
         least = dr.select(z < least, z, least)
@@ -125,7 +124,7 @@ def linear(field, x, y, width, height, orthographic, types):
     x0 = dr.select(x0 < 0, 0, dr.select(x0 > width - 2, width - 2, x0))
     y0 = dr.select(y0 < 0, 0, dr.select(y0 > height - 2, height - 2, y0))
     u, v = x - x0, y - y0
-    index = _index(x0, y0, width, height, types)
+    index = texel_index(x0, y0, width, height, types)
     f00 = dr.gather(Float, field, index)
     f10 = dr.gather(Float, field, index + 1)
     f01 = dr.gather(Float, field, index + width)

@@ -24,6 +24,9 @@ from .winners import Packing, Tracked
 
 __all__ = ["March"]
 
+# Steps whose depths are gathered one after the other: more do not fit the registers.
+_TOGETHER = 4
+
 
 @dataclass(frozen=True)
 class March:
@@ -191,16 +194,20 @@ class March:
         sides = tuple(reach.Side.of(length, s.min_step_px, k.step_law) for length in lengths)
         return Slice(pixel, i, pixel.nV, nT, start, direction, sides, off)
 
-    def _sample(self, sl: Slice, side, j, known=True) -> Sample:
-        """Depth sample of step ``j``; where ``known`` is false, of a point that is nowhere special."""
-        k, s, pixel, types = self.k, self.s, self.pixel, self.types
-        P, z, of_side = pixel.P, -pixel.P[2], sl.sides[side]
+    def _aim(self, sl: Slice, side, j, known=True):
+        """Function that reads the depth sample of step ``j``, where it is ``known``."""
+        k, s, pixel, types, of_side = self.k, self.s, self.pixel, self.types, sl.sides[side]
         xi = steps.jitter(k.step_jitter, sl.offset, j, k.n_steps)
         d = steps.distance(k.step_law, j, xi, k.n_steps, self._exponent, of_side.least, of_side.reach)
         dx, dy = sl.direction if side else (-sl.direction[0], -sl.direction[1])
         px, py = dr.fma(dx, d, pixel.x), dr.fma(dy, d, pixel.y)
         level = None if k.pyramid is None else pyramid.level(dr.detach(d), s.level_scale, k.pyramid, types)
-        zs, px, py = taps.read(self.field, px, py, level, k, types, known)
+        return taps.aim(self.field, px, py, level, k, types, known)
+
+    def _sample(self, zs, px, py, j, known=True) -> Sample:
+        """Depth sample of step ``j``; where ``known`` is false, of a point that is nowhere special."""
+        k, s, pixel = self.k, self.s, self.pixel
+        P, z = pixel.P, -pixel.P[2]
         if known is not True:
             # Not infinitely far and not the shaded point itself, whose derivatives are not finite.
             zs = dr.select(known, zs, 2 * dr.detach(z))
@@ -211,6 +218,13 @@ class March:
             D = (dr.fma(X, zs, -P[0]), dr.fma(Y, zs, -P[1]), z - zs)
         c, d2, dV = horizon.cosine(D, pixel.V)
         return Sample(D, d2, dV, c, j, px, py, X, Y, zs)
+
+    def _in_order(self):
+        """Instructions of what follows come after those of what was before.
+
+        Samples would be finished one by one otherwise, and a gather wait for the arithmetic of the sample before it.
+        """
+        dr.detail.new_scope(dr.backend_v(self.types.Float))
 
     @property
     def _exponent(self):
@@ -223,9 +237,14 @@ class March:
         n_block = steps.block_length(k.n_steps, getattr(accumulator, "max_unrolled", steps.MAX_UNROLLED))
 
         def block(first, state):
-            for j in (first + i for i in range(n_block)):
-                for side in (0, 1):
-                    state = accumulator.add(state, side, self._sample(sl, side, j), sl)
+            for start in range(0, n_block, _TOGETHER):
+                ahead = [(first + i, side) for i in range(start, min(start + _TOGETHER, n_block)) for side in (0, 1)]
+                aimed = [self._aim(sl, side, j) for j, side in ahead]
+                self._in_order()
+                seen = [look() for look in aimed]
+                self._in_order()
+                for (j, side), values in zip(ahead, seen, strict=True):
+                    state = accumulator.add(state, side, self._sample(*values, j), sl)
             return state
 
         state = accumulator.begin(sl)
@@ -242,9 +261,14 @@ class March:
     def _replayed(self, accumulator, sl: Slice, numbers):
         """What ``accumulator`` makes of the steps with these numbers."""
         state = accumulator.begin(sl)
-        for place, number in enumerate(numbers):
-            side = place // accumulator.n_extrema
-            found = number < self.k.n_steps
-            sample = self._sample(sl, side, self.types.Float(dr.select(found, number, 0)), found)
-            state = dr.select(found, accumulator.add(state, side, sample, sl), state)
+        found = [number < self.k.n_steps for number in numbers]
+        js = [self.types.Float(dr.select(yes, number, 0)) for yes, number in zip(found, numbers, strict=True)]
+        sides = [place // accumulator.n_extrema for place in range(len(numbers))]
+        aimed = [self._aim(sl, *of) for of in zip(sides, js, found, strict=True)]
+        self._in_order()
+        seen = [look() for look in aimed]
+        self._in_order()
+        for side, values, j, yes in zip(sides, seen, js, found, strict=True):
+            sample = self._sample(*values, j, yes)
+            state = dr.select(yes, accumulator.add(state, side, sample, sl), state)
         return accumulator.finish(state, sl)

@@ -30,11 +30,13 @@ def shaded_point(x, y, z, normal, k: Switches, s: Scalars, Float):
 
 
 def _bent(n, V):
-    """The normal, turned until it is seen edge-on if it faces away from V, and ⟨N, V⟩: closed forms need n_V > 0."""
+    """The unit normal, turned until it is seen edge-on if it faces away from V, and ⟨N, V⟩.
+
+    Closed forms need n_V > 0.
+    """
     nV = dr.fma(n[0], V[0], dr.fma(n[1], V[1], n[2] * V[2]))
     facing = 1e-3
     bend = dr.select(nV < facing, facing - nV, 0)
-    n = tuple(dr.fma(bend, v, c) for c, v in zip(n, V, strict=True))
-    scale = rsqrt(dr.fma(n[0], n[0], dr.fma(n[1], n[1], n[2] * n[2])))
-    n = tuple(c * scale for c in n)
-    return n, dr.fma(n[0], V[0], dr.fma(n[1], V[1], n[2] * V[2]))
+    # |N + b V|² of unit vectors.
+    scale = rsqrt(dr.fma(bend, dr.fma(2, nV, bend), 1))
+    return tuple(dr.fma(bend, v, c) * scale for c, v in zip(n, V, strict=True)), (nV + bend) * scale

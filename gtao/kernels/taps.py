@@ -6,7 +6,7 @@ import drjit as dr
 
 from . import fetch, pyramid
 
-__all__ = ["read"]
+__all__ = ["aim"]
 
 # Where positions are clamped, they stay this many texels inside the frame.
 _CLAMP = 2
@@ -17,8 +17,10 @@ def _within(value, low, high):
     return dr.select(value < high, value, high)
 
 
-def read(buffer, px, py, level, k: Any, types, known=True):
-    """Depth at the point (px, py) and the point that it belongs to.
+def aim(buffer, px, py, level, k: Any, types, known=True):
+    """All that reading depth at the point (px, py) takes but the reading: a function without arguments.
+
+    Many samples may so be aimed first and read then, one gather after the other.
 
     Args:
         buffer: flat ``view_z``; for the interpolating fetches what :func:`gtao.kernels.fetch.affine_field` made; with a
@@ -28,8 +30,8 @@ def read(buffer, px, py, level, k: Any, types, known=True):
         known: where the depth is looked at; elsewhere it may be anything.
 
     Returns:
-        ``(z, px, py)``: the point is the centre of the texel where samples snap, and may lie off the frame where the
-        border replicates.
+        Function that returns ``(z, px, py)``: depth and the point that it belongs to, which is the centre of the texel
+        where samples snap, and may lie off the frame where the border replicates.
     """
     width, height = k.width, k.height
     if k.border == "clamp":
@@ -41,11 +43,15 @@ def read(buffer, px, py, level, k: Any, types, known=True):
         # Positions may lie off the frame, so the shift between the point and what is read is kept.
         x, y = _within(px, 0, width - 1), _within(py, 0, height - 1)
     if k.fetch == "bilinear" and level is not None:
-        return pyramid.bilinear_level(buffer, k.pyramid, x, y, level, k.orthographic, types), px, py
+        return lambda: (pyramid.bilinear_level(buffer, k.pyramid, x, y, level, k.orthographic, types), px, py)
     if k.fetch in ("linear", "bilinear"):
-        z, tx, ty = fetch.linear(buffer, x, y, width, height, k.orthographic, types)
-        return z, tx + (px - x), ty + (py - y)
-    return fetch.nearest_of_four(buffer, px, py, width, height, types), px, py
+
+        def interpolated():
+            z, tx, ty = fetch.linear(buffer, x, y, width, height, k.orthographic, types)
+            return z, tx + (px - x), ty + (py - y)
+
+        return interpolated
+    return lambda: (fetch.nearest_of_four(buffer, px, py, width, height, types), px, py)
 
 
 def _texel(buffer, px, py, level, k: Any, types, known):
@@ -56,7 +62,8 @@ def _texel(buffer, px, py, level, k: Any, types, known):
     if k.leaves_frame:
         x, y = _within(tx, 0, k.width - 1), _within(ty, 0, k.height - 1)
     if level is None:
-        z = fetch.texel(buffer, x, y, k.width, k.height, types, inside=k.leaves_frame, known=known)
+        number = fetch.texel_index(x, y, k.width, k.height, types, inside=k.leaves_frame)
     else:
-        z = pyramid.fetch_level(buffer, k.pyramid, x, y, level, types, inside=k.leaves_frame)
-    return (z, tx, ty) if k.snap_to_texel else (z, px, py)
+        number = pyramid.index(k.pyramid, x, y, level, types, inside=k.leaves_frame)
+    point = (tx, ty) if k.snap_to_texel else (px, py)
+    return lambda: (dr.gather(types.Float, buffer, number, known), *point)

@@ -68,7 +68,7 @@ def read(precision, x, y, **options):
     k = switches(**options)
     if k.fetch == "bilinear":
         values = abs(fetch.affine_field(values, WIDTH, HEIGHT, 1.0, False, precision.types))
-    result = taps.read(values, precision.Float(x), precision.Float(y), None, k, precision.types)
+    result = taps.aim(values, precision.Float(x), precision.Float(y), None, k, precision.types)()
     return tuple(float(np.array(v)[0]) for v in result)
 
 
