@@ -3,8 +3,9 @@
 from .files import export, occlusion, render
 from .inspection import doctor, methods, scenes
 from .studies import compare, refit
+from .tuning import tune
 
 __all__ = ["COMMANDS"]
 
 #: In the order of the help.
-COMMANDS = (doctor, render, occlusion, refit, compare, export, scenes, methods)
+COMMANDS = (doctor, render, occlusion, refit, compare, tune, export, scenes, methods)

@@ -10,6 +10,8 @@ from .fits import coefficients, comparison, coverage, residuals, scatter
 from .images import error_map, image_row, visibility_image
 from .report import refit_figures, refit_report
 from .tables import forms, left_out
+from .tuning import tuning_candidates, tuning_errors, tuning_figures, tuning_history, tuning_parameters
+from .tuning_report import tuning_report
 
 __all__ = [
     "Comparison",
@@ -36,5 +38,11 @@ __all__ = [
     "scatter",
     "signed_error_maps",
     "stratified_errors",
+    "tuning_candidates",
+    "tuning_errors",
+    "tuning_figures",
+    "tuning_history",
+    "tuning_parameters",
+    "tuning_report",
     "visibility_image",
 ]

@@ -4,15 +4,20 @@ from .comparison import CompareConfig, CompareOutcome, compare
 from .files import export_fit, occlusion_file, render_scene
 from .refit import RefitOutcome, refit
 from .settings import RefitConfig
+from .tuning import TuneOutcome, tune
+from .tuning_settings import TuneConfig
 
 __all__ = [
     "CompareConfig",
     "CompareOutcome",
     "RefitConfig",
     "RefitOutcome",
+    "TuneConfig",
+    "TuneOutcome",
     "compare",
     "export_fit",
     "occlusion_file",
     "refit",
     "render_scene",
+    "tune",
 ]
