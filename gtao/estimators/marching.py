@@ -56,7 +56,8 @@ def _switches(g: GBuffer, method: Any, *, unlimited: bool) -> Switches:
         fetch=method.fetch if interpolates or method.fetch not in _INTERPOLATING else "nearest",
         snap_to_texel=method.snap_to_texel,
         noise=method.noise,
-        step_exponent=None if is_attached(method.step_exponent) else plain(method.step_exponent),
+        # A number is worth a kernel of its own; who varies it gives a Dr.Jit float.
+        step_exponent=None if dr.is_array_v(method.step_exponent) else plain(method.step_exponent),
         step_law=method.step_law,
         step_jitter=method.step_jitter,
         border=method.border,
@@ -64,7 +65,7 @@ def _switches(g: GBuffer, method: Any, *, unlimited: bool) -> Switches:
         unlimited=unlimited,
         clamp_px=not math.isinf(plain(_longest_px(g, method))),
         square_pixels=_square_pixels(g.camera),
-        pulled=is_attached(method.depth_bias) or method.depth_bias > 0,
+        pulled=is_attached(method.depth_bias) or plain(method.depth_bias) > 0,
     )
 
 
