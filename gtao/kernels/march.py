@@ -20,6 +20,7 @@ import drjit as dr
 from . import fetch, hbao, horizon, noise, pyramid, reach, slices, steps, taps
 from .march_types import Pixel, Sample, Scalars, Slice, Switches
 from .shaded_point import shaded_point
+from .turns import half_turn
 from .winners import Packing, Tracked
 
 __all__ = ["March"]
@@ -167,8 +168,7 @@ class March:
 
     def first_azimuth(self):
         """Cosine and sine of the first slice's azimuth and its step offset."""
-        q, c = dr.sincos(self.rotation * (math.pi / self.k.n_slices))
-        return c, q, self.offset
+        return *half_turn(self.rotation * (1 / self.k.n_slices)), self.offset
 
     def next_azimuth(self, c, q, off):
         """The same of the next slice."""
