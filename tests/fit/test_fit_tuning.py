@@ -206,6 +206,21 @@ def test_derivatives_that_do_not_exist_or_miss_the_jumps_are_not_used():
         objective.loss_and_gradient(space.start, (0,))
 
 
+def test_a_derivative_that_misses_the_jumps_is_right_between_them_and_not_used():
+    """One sample per side, which moves with the end of the falloff and takes its weight along."""
+    falloff = gtao.LinearFalloff(start=0.8, end=0.9)
+    method = replace(SMOOTH, power=1.0, n_steps=1, min_step_px=4.0, step_law="beyond", falloff=falloff)
+    views = problems(fit.with_continuous(method, {"falloff.end": 0.7}), n_scenes=4, dtype=np.float64)
+    space = Space(method, {"falloff.end": None})
+    objective = Objective(views, space)
+    h = 1e-7
+    between = (objective.loss(space.start + h) - objective.loss(space.start - h)) / (2 * h)
+    _, slope = objective.loss_and_gradient(space.start, (0,))
+    assert slope == pytest.approx(between, rel=1e-5)
+    assert slope != pytest.approx(objective.difference(space.start, 0), rel=0.2)
+    assert objective.differentiable(space.start) == ()
+
+
 # --- recovery ------------------------------------------------------------------------------------------------------
 
 
@@ -240,6 +255,15 @@ def test_both_kinds_are_recovered_together():
     assert {kind for _, _, kind in result.history} == {"start", "gradient", "search"}
     losses = [loss for _, loss, _ in result.history]
     assert losses == sorted(losses, reverse=True)
+
+
+def test_options_that_make_up_for_each_other_are_moved_together():
+    """A falloff that begins early wants a long search: one after the other they end far from where they should."""
+    start = replace(SMOOTH, power=1.0, falloff=gtao.LinearFalloff(start=0.3, end=1.0))
+    target = {"radius_multiplier": 2.0, "falloff.start": 0.1, "power": 1.5}
+    result = fit.tune(problems(fit.with_continuous(start, target), n_scenes=4), start, list(target))
+    assert result.values == pytest.approx(target, rel=0.03)
+    assert result.loss < 1e-3 * result.start_loss
 
 
 def test_an_optimum_at_a_bound_is_reached_and_said():
@@ -372,6 +396,9 @@ def test_the_linearised_bootstrap_is_exact_for_quadratic_losses():
     draws = scene_draws(losses, optima.mean(axis=0), bounds, 200, seed=5)
     counts = gtao.evaluate.bootstrap_counts(7, 200, 5)
     assert draws == pytest.approx(counts @ optima / 7, abs=1e-12)
+    # About what was found, also where a search stopped short of the optimum.
+    found = optima.mean(axis=0) + 0.1
+    assert scene_draws(losses, found, bounds, 200, seed=5) - found == pytest.approx(draws - (found - 0.1), abs=1e-12)
 
 
 def test_draws_stay_within_bounds_and_at_them():
