@@ -1,0 +1,52 @@
+"""XeGTAO's constants, tuned to ray-traced truth, against the published ones at equal numbers of samples.
+
+    python fits/tuning/2026-11/run.py -o DIR [--held-out FOLDER_WITH_SCENES ...] [--cache DIR]
+
+Every embedded procedural scene, both cameras, at half, once and twice its radius: the constants are shares of the
+radius, and have to serve all of them. Three scenes at a time are left out and scored by what was tuned on the others;
+scenes given as held out take part in no tuning. Three tunings, each with a record of its own:
+
+- constants: radius multiplier, falloff range, sample distribution, thin-occluder compensation and power, with 3x3
+  slices and steps per side and XeGTAO's filter, as published but for these numbers;
+- result: the same with what happens to the result in the end and two numbers of the filter, which cost nothing either;
+- layout: the constants for other ways to spend 18 samples or fewer, at the scenes' own radius.
+
+The offset of the depth pyramid stays as published: it trades error for time, and a fit that does not count time turns
+the pyramid off. Records are not edited: run into another directory to repeat it.
+"""
+
+import argparse
+from pathlib import Path
+
+from gtao import workflows
+
+CONSTANTS = ("radius_multiplier", "falloff.start", "step_exponent", "thin_occluder_compensation", "power")
+RESULT = ("length_blend", "floor", "spatial.beta", "spatial.leak_strength")
+LAYOUT = ("n_slices=1,2,3", "n_steps=3,4,9")
+
+TUNINGS = {
+    "constants": {"parameters": CONSTANTS},
+    "result": {"parameters": CONSTANTS + RESULT},
+    "layout": {"parameters": CONSTANTS, "search": LAYOUT, "max_taps": 18, "radii": (1.0,), "folds": 0},
+}
+SETTINGS = {"resolution": 192, "spp": 256, "radii": (0.5, 1.0, 2.0), "folds": 4, "seed": 0}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("-o", "--output", type=Path, required=True, help="directory for the records")
+    parser.add_argument("--held-out", type=Path, nargs="*", default=[], help="folders of scenes")
+    parser.add_argument("--cache", type=Path, help="directory of traced views")
+    options = parser.parse_args()
+    held_out = tuple(map(str, options.held_out))
+    for name, changes in TUNINGS.items():
+        folder = options.output / name
+        if (folder / "record.json").exists():
+            print(f"{folder} holds a record, and records are not overwritten")
+            continue
+        config = workflows.TuneConfig(held_out=held_out, **(SETTINGS | changes))
+        print(f"{name}:\n{workflows.tune(config, folder, cache=options.cache).summary()}", flush=True)
+
+
+if __name__ == "__main__":
+    main()
