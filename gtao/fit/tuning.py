@@ -41,10 +41,10 @@ def tune(
 ) -> TuningResult:
     """Fit options of an estimator to the truth of several views, by gradients where the estimator has them.
 
-    What is minimised is the mean over views of the mean squared error over surface pixels. Options with a derivative
-    go by L-BFGS-B on gradients from reverse-mode differentiation; those that only decide which texels are read have
-    none, and go by a compass search in turns with it. Lengths count in radii, so that views of several radii are
-    fitted by one set of numbers.
+    What is minimised is the mean over views of the mean squared error over surface pixels (theory, eq. (96)), by
+    L-BFGS-B. Options with a derivative go by reverse-mode differentiation; those that decide which texels are read
+    have none, and go by wide differences of the error and, in the end, a compass search. Lengths count in radii, so
+    that views of several radii are fitted by one set of numbers.
 
     Args:
         problems: views with truth.

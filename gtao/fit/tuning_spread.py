@@ -26,7 +26,7 @@ def scene_draws(
     n_draws: int,
     seed: int,
 ) -> np.ndarray:
-    """Optima of bootstrap samples of scenes, to first order.
+    """Optima of bootstrap samples of scenes, to first order (theory, eq. (97)).
 
     With the gradients g_s of the scenes' losses and the Hessian H of their sum, a sample that holds scene s n_s times
     has its optimum at u - H⁻¹ Σ_s (n_s - 1) g_s: one Newton step instead of a tuning for every draw.
