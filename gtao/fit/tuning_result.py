@@ -19,7 +19,7 @@ class TunedParameter:
         unit: "" for plain numbers, "radius" for multiples of it, or the option that it is a share of.
         start, value: before and after.
         low, high: bounds.
-        by: "gradient" or "search", how it was found.
+        by: "gradient" or "differences": where its slope came from.
         standard_error, interval: from the bootstrap over scenes; None without one, and at a bound.
     """
 
@@ -136,7 +136,7 @@ class TuningResult:
         parameters: what was tuned.
         choice: discrete options that won.
         start_loss, loss: weighted mean squared error over the scenes of the tuning, before and after.
-        history: (evaluations, best loss, "start", "gradient" or "search") of every improvement.
+        history: (evaluations, best loss, "start", "descent" or "search") of every improvement.
         candidates: all combinations of discrete options, best first.
         folds: tunings that left scenes out.
         scores: errors per view.

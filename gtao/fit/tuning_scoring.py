@@ -98,7 +98,7 @@ def tuned_parameters(tuned: Tuned, n_bootstrap: int, level: float, seed: int) ->
                 value=value,
                 low=p.low,
                 high=p.high,
-                by="gradient" if i in tuned.descent.differentiable else "search",
+                by="gradient" if i in tuned.descent.differentiable else "differences",
                 standard_error=float(errors[i]) if known[i] else None,
                 interval=(float(low[i]), float(high[i])) if known[i] else None,
             )

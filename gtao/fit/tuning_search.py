@@ -31,7 +31,7 @@ class Descent:
         coordinates: (parameters,) of the best point so far.
         loss: there.
         differentiable: the coordinates that went by their derivative.
-        history: (evaluations so far, best loss so far, "start", "gradient" or "search") of every improvement.
+        history: (evaluations so far, best loss so far, "start", "descent" or "search") of every improvement.
         converged: whether it ended because nothing improved any more.
     """
 
@@ -98,7 +98,7 @@ def _quasi_newton(objective: Objective, descent: Descent) -> bool:
         else:
             loss = objective.loss(point)
         gradient[rest] = [objective.difference(point, i) for i in rest]
-        descent.take(point, loss, objective.n_evaluations, "gradient")
+        descent.take(point, loss, objective.n_evaluations, "descent")
         # L-BFGS-B judges gradients by absolute size, and losses here are small.
         return loss / scale, gradient / scale
 

@@ -11,7 +11,7 @@ from .style import CLOSED_FORM, INK, MUTED, OTHER, PUBLISHED, REFIT, new_figure,
 
 __all__ = ["tuning_candidates", "tuning_errors", "tuning_figures", "tuning_history", "tuning_parameters"]
 
-_KINDS = {"gradient": (REFIT, "gradient steps"), "search": (CLOSED_FORM, "search steps")}
+_KINDS = {"descent": (REFIT, "quasi-Newton steps"), "search": (CLOSED_FORM, "compass search")}
 
 #: Candidates that a figure has room for.
 _MOST_CANDIDATES = 24

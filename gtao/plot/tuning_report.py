@@ -14,7 +14,7 @@ from .words import number
 __all__ = ["tuning_report"]
 
 _CAPTIONS = {
-    "history": "How the error fell, and by what kind of step.",
+    "history": "How the error fell, and by what kind of step. Differences count one evaluation for each of their ends.",
     "parameters": "Where options began and ended, and how far other scenes would move them.",
     "errors": "Every view: blue lines are gains over the rival, red ones losses.",
     "candidates": "Combinations of discrete options after each was tuned on its own.",
@@ -24,9 +24,9 @@ _ERRORS_NOTE = (
     "Errors are root mean squares over the pixels that show a surface, against rays of the same reach, with the noise "
     "of the rays taken out. “Unseen” views were scored by a tuning that never saw their scene."
 )
-_SEARCH_NOTE = (
-    "Options marked “search” have no usable derivative: they decide which texels are read, and the error jumps where a "
-    "sample goes from one texel to the next. A compass search over the error itself moves them."
+_DIFFERENCES_NOTE = (
+    "Options moved by “differences” have no usable derivative: they decide which texels are read, and the error jumps "
+    "where a sample goes from one texel to the next. Their slope is that of the error over many such jumps."
 )
 
 
@@ -46,10 +46,10 @@ def tuning_report(
     """
     drawn = tuning_figures(result, rival) if figures is None else figures
     parts = {name: image(figure, _CAPTIONS[name]) for name, figure in drawn.items()}
-    by_search = any(p.by == "search" for p in result.parameters)
+    note = _DIFFERENCES_NOTE if any(p.by == "differences" for p in result.parameters) else ""
     sections = [
         _headline(result, rival),
-        section("Options", _parameters(result), paragraph(_SEARCH_NOTE if by_search else ""), parts["parameters"]),
+        section("Options", _parameters(result), paragraph(note), parts["parameters"]),
         section("Scene by scene", paragraph(_ERRORS_NOTE), _against(result, rival), parts["errors"]),
         section("Descent", parts["history"]),
     ]

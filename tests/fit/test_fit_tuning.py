@@ -235,13 +235,13 @@ def test_gradients_recover_what_the_truth_was_made_with():
     assert result.method.power == result.values["power"]
 
 
-def test_a_search_recovers_what_has_no_derivative():
+def test_differences_recover_what_has_no_derivative():
     target = {"step_exponent": 1.5, "radius_multiplier": 1.3}
     start = replace(SMOOTH, falloff=gtao.NoCut(), thin_occluder_compensation=0.0)
     result = fit.tune(problems(fit.with_continuous(start, target), n_scenes=4), start, target.keys())
     # The last step is half a percent, and samples cross into other texels in jumps.
     assert result.values == pytest.approx(target, rel=0.03)
-    assert {p.by for p in result.parameters} == {"search"}
+    assert {p.by for p in result.parameters} == {"differences"}
     assert result.loss < 0.02 * result.start_loss
 
 
@@ -251,8 +251,8 @@ def test_both_kinds_are_recovered_together():
     assert result.values["step_exponent"] == pytest.approx(1.7, rel=0.03)
     assert result.values["power"] == pytest.approx(1.1, rel=0.03)
     assert result.values["falloff.start"] == pytest.approx(0.1, abs=0.03)
-    assert [p.by for p in result.parameters] == ["gradient", "search", "gradient"]
-    assert {kind for _, _, kind in result.history} == {"start", "gradient", "search"}
+    assert [p.by for p in result.parameters] == ["gradient", "differences", "gradient"]
+    assert {kind for _, _, kind in result.history} == {"start", "descent", "search"}
     losses = [loss for _, loss, _ in result.history]
     assert losses == sorted(losses, reverse=True)
 
