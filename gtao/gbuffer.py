@@ -242,6 +242,8 @@ class GBuffer:
             n = normals.from_depth(self.view_z.array, self._positions(), width, height, orthographic, T)
         else:
             n = normals.unit(T.Array3(dr.unravel(T.Array3, self._given)), self.mask.array, _rounding(self.types.Float))
+        # Where no pixel has a neighbour they are one vector for all.
+        n += dr.zeros(T.Array3, height * width)
         return T.Tensor(dr.ravel(n), (height, width, 3))
 
     def __repr__(self) -> str:

@@ -6,7 +6,16 @@ from typing import Any, Literal
 
 from gtao.errors import ConfigError
 
-from ._checks import check_choice, check_count, check_flag, check_instance, check_number, check_positive, plain
+from ._checks import (
+    check_choice,
+    check_count,
+    check_flag,
+    check_instance,
+    check_number,
+    check_positive,
+    is_array,
+    plain,
+)
 from .codec import to_dict
 from .pyramid import DepthPyramid
 
@@ -158,6 +167,8 @@ class SliceMethod:
             return
         if not isinstance(self.slice_angles, tuple | list):
             raise ConfigError(f"slice_angles must be None or a tuple of numbers, got {self.slice_angles!r}")
+        if any(map(is_array, self.slice_angles)):
+            raise ConfigError("slice_angles are a part of the kernel and carry no gradients; give Python numbers")
         # Read from a record they are a list, which would not be hashable.
         object.__setattr__(self, "slice_angles", tuple(check_number("slice_angles", a) for a in self.slice_angles))
         n_slices = self.n_slices  # type: ignore[attr-defined]  # every subclass has it

@@ -66,7 +66,16 @@ def _switches(g: GBuffer, method: Any, *, unlimited: bool) -> Switches:
         clamp_px=not math.isinf(plain(_longest_px(g, method))),
         square_pixels=_square_pixels(g.camera),
         pulled=is_attached(method.depth_bias) or plain(method.depth_bias) > 0,
+        meets_itself=method.snap_to_texel and not _keeps_off(method),
     )
+
+
+def _keeps_off(method: SliceMethod) -> bool:
+    """Whether samples that snap to texels are known to be other ones than the pixel's own."""
+    # From this distance on, in whatever direction, one coordinate is rounded away from the pixel's.
+    away = plain(method.min_step_px) > math.sqrt(0.5)
+    law = method.step_law in ("strata", "offset", "at_least")
+    return away and law and method.fetch != "floor" and method.border != "clamp"
 
 
 def _square_pixels(camera: Any) -> bool:

@@ -4,6 +4,8 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+import drjit as dr
+
 from gtao.config import GTAO, HBAO, HeightfieldHorizon, HeightfieldRayMarch, VisibilityBitmask
 from gtao.errors import ConfigError
 from gtao.gbuffer import GBuffer
@@ -82,5 +84,6 @@ def ambient_occlusion(
         flat = _METHODS[type(method)](g, method, frame_index, max_pixels)
     shaped = tuple(getattr(method, name, default) for name, default in _SHAPING.items())
     if any(map(is_attached, shaped)) or shaped != tuple(_SHAPING.values()):
-        flat = shape(flat, *(opaque(g, value) for value in shaped))
+        # The background stays 1, whatever derivative an option has.
+        flat = dr.select(g.mask.array, shape(flat, *(opaque(g, value) for value in shaped)), 1)
     return AmbientOcclusion(visibility=g.types.Tensor(flat, g.shape), variance=variance, config=method)

@@ -217,6 +217,9 @@ class March:
         else:
             D = (dr.fma(X, zs, -P[0]), dr.fma(Y, zs, -P[1]), z - zs)
         c, d2, dV = horizon.cosine(D, pixel.V)
+        if k.meets_itself:
+            # What rounding leaves of an offset that is zero points anywhere.
+            c = dr.select((px == pixel.x) & (py == pixel.y) & (zs == z), math.nan, c)
         return Sample(D, d2, dV, c, j, px, py, X, Y, zs)
 
     def _in_order(self):

@@ -32,6 +32,7 @@ class Switches:
     clamp_px: bool
     square_pixels: bool  # fx = fy, neither with gradients
     pulled: bool  # the shaded point is moved toward the viewer
+    meets_itself: bool  # a sample may be the shaded point itself
 
     @property
     def unrolled(self) -> bool:
