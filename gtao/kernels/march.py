@@ -17,8 +17,9 @@ from typing import Any
 
 import drjit as dr
 
-from . import fetch, hbao, horizon, noise, pyramid, reach, slices, steps, taps
-from .march_types import Pixel, Sample, Scalars, Slice, Switches
+from . import fetch, hbao, noise, reach, slices, steps
+from .march_types import Pixel, Scalars, Slice, Switches
+from .sampler import Sampler
 from .shaded_point import shaded_point
 from .turns import half_turn
 from .winners import Packing, Tracked
@@ -34,7 +35,7 @@ class March:
     """One frame, or some of its rows, ready to be marched.
 
     Attributes:
-        field: the buffer that samples are read from.
+        sampler: what reads samples.
         k, s, types: switches, scalars and array types.
         n: number of pixels.
         surface: where there is something to shade.
@@ -45,7 +46,7 @@ class March:
         rotation, offset: the noise of slices and steps.
     """
 
-    field: Any
+    sampler: Sampler
     k: Switches
     s: Scalars
     types: Any
@@ -89,7 +90,20 @@ class March:
         slice_frame = slices.frame(k.slice_measure, pixel.V, bent, pixel.nV)
         rotation, offset = noise.pattern(k.noise, xi, yi, s.frame_rotation, s.frame_offset, s.key, Float)
         extent = None if k.unlimited else reach.sphere_extent(k, s.radius, z, pixel.p)
-        return cls(field, k, s, types, n, surface, pixel, slice_frame, facing, extent, rotation, offset)
+        return cls(
+            Sampler(field, pixel, k, s, types),
+            k,
+            s,
+            types,
+            n,
+            surface,
+            pixel,
+            slice_frame,
+            facing,
+            extent,
+            rotation,
+            offset,
+        )
 
     def mean(self, accumulator):
         """The mean over slices of what ``accumulator`` makes of each, 1 on the background."""
@@ -194,46 +208,6 @@ class March:
         sides = tuple(reach.Side.of(length, s.min_step_px, k.step_law) for length in lengths)
         return Slice(pixel, i, pixel.nV, nT, start, direction, sides, off)
 
-    def _aim(self, sl: Slice, side, j, known=True):
-        """Function that reads the depth sample of step ``j``, where it is ``known``."""
-        k, s, pixel, types, of_side = self.k, self.s, self.pixel, self.types, sl.sides[side]
-        xi = steps.jitter(k.step_jitter, sl.offset, j, k.n_steps)
-        d = steps.distance(k.step_law, j, xi, k.n_steps, self._exponent, of_side.least, of_side.reach)
-        dx, dy = sl.direction if side else (-sl.direction[0], -sl.direction[1])
-        px, py = dr.fma(dx, d, pixel.x), dr.fma(dy, d, pixel.y)
-        level = None if k.pyramid is None else pyramid.level(dr.detach(d), s.level_scale, k.pyramid, types)
-        return taps.aim(self.field, px, py, level, k, types, known)
-
-    def _sample(self, zs, px, py, j, known=True) -> Sample:
-        """Depth sample of step ``j``; where ``known`` is false, of a point that is nowhere special."""
-        k, s, pixel = self.k, self.s, self.pixel
-        P, z = pixel.P, -pixel.P[2]
-        if known is not True:
-            # Not infinitely far and not the shaded point itself, whose derivatives are not finite.
-            zs = dr.select(known, zs, 2 * dr.detach(z))
-        X, Y = dr.fma(px, s.ax, s.bx), dr.fma(py, s.ay, s.by)
-        if k.orthographic:
-            D = (X - P[0], Y - P[1], z - zs)
-        else:
-            D = (dr.fma(X, zs, -P[0]), dr.fma(Y, zs, -P[1]), z - zs)
-        c, d2, dV = horizon.cosine(D, pixel.V)
-        if k.meets_itself:
-            # What rounding leaves of an offset that is zero points anywhere.
-            c = dr.select((px == pixel.x) & (py == pixel.y) & (zs == z), math.nan, c)
-        return Sample(D, d2, dV, c, j, px, py, X, Y, zs)
-
-    def _in_order(self):
-        """Instructions of what follows come after those of what was before.
-
-        Samples would be finished one by one otherwise, and a gather wait for the arithmetic of the sample before it.
-        """
-        dr.detail.new_scope(dr.backend_v(self.types.Float))
-
-    @property
-    def _exponent(self):
-        """The exponent of the steps' spacing: baked into the kernel unless it carries a gradient."""
-        return self.s.step_exponent if self.k.step_exponent is None else self.k.step_exponent
-
     def _value(self, accumulator, sl: Slice):
         """What ``accumulator`` makes of all samples of a slice."""
         k, UInt, Float = self.k, self.types.UInt, self.types.Float
@@ -241,13 +215,9 @@ class March:
 
         def block(first, state):
             for start in range(0, n_block, _TOGETHER):
-                ahead = [(first + i, side) for i in range(start, min(start + _TOGETHER, n_block)) for side in (0, 1)]
-                aimed = [self._aim(sl, side, j) for j, side in ahead]
-                self._in_order()
-                seen = [look() for look in aimed]
-                self._in_order()
-                for (j, side), values in zip(ahead, seen, strict=True):
-                    state = accumulator.add(state, side, self._sample(*values, j), sl)
+                ahead = [(side, first + i) for i in range(start, min(start + _TOGETHER, n_block)) for side in (0, 1)]
+                for (side, _), sample in zip(ahead, self.sampler.read(sl, ahead), strict=True):
+                    state = accumulator.add(state, side, sample, sl)
             return state
 
         state = accumulator.begin(sl)
@@ -263,15 +233,10 @@ class March:
 
     def _replayed(self, accumulator, sl: Slice, numbers):
         """What ``accumulator`` makes of the steps with these numbers."""
-        state = accumulator.begin(sl)
-        found = [number < self.k.n_steps for number in numbers]
-        js = [self.types.Float(dr.select(yes, number, 0)) for yes, number in zip(found, numbers, strict=True)]
-        sides = [place // accumulator.n_extrema for place in range(len(numbers))]
-        aimed = [self._aim(sl, *of) for of in zip(sides, js, found, strict=True)]
-        self._in_order()
-        seen = [look() for look in aimed]
-        self._in_order()
-        for side, values, j, yes in zip(sides, seen, js, found, strict=True):
-            sample = self._sample(*values, j, yes)
-            state = dr.select(yes, accumulator.add(state, side, sample, sl), state)
+        state, places = accumulator.begin(sl), []
+        for place, number in enumerate(numbers):
+            found = number < self.k.n_steps
+            places.append((place // accumulator.n_extrema, self.types.Float(dr.select(found, number, 0)), found))
+        for (side, _, found), sample in zip(places, self.sampler.read(sl, places), strict=True):
+            state = dr.select(found, accumulator.add(state, side, sample, sl), state)
         return accumulator.finish(state, sl)
