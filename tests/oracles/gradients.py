@@ -22,6 +22,8 @@ STEPS = (1e-5, 1e-6, 1e-7)
 #: Rounding errors of one evaluation in units of its last place. Offsets between neighbouring points lose two to three
 #: of the digits of their positions.
 ROUNDING = 64 * np.finfo(float).eps
+#: What is left where terms of a gradient cancel, by the same count, terms being up to a hundred.
+CANCELLATION = 100 * ROUNDING
 
 
 @dataclass(frozen=True)
@@ -51,7 +53,7 @@ class Derivative:
 
     def agrees(self, gradient: np.ndarray) -> np.ndarray:
         """Where ``gradient`` is the derivative, up to the tolerance and rounding."""
-        return np.abs(gradient - self.value) <= TOLERANCE * np.abs(self.value) + self.noise + ROUNDING
+        return np.abs(gradient - self.value) <= TOLERANCE * np.abs(self.value) + self.noise + CANCELLATION
 
 
 def derivative(f: Callable[[float], np.ndarray], *, scale: float = 1.0, steps=STEPS, one_sided=False) -> Derivative:
