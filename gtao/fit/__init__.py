@@ -10,8 +10,8 @@ from .scoring import Score
 from .settings import REPORT_ALBEDOS, FitSettings
 from .table import FormScore, FormTable
 from .tuning import check_tuning, tune
-from .tuning_objective import Problem
 from .tuning_options import CONTINUOUS, Range, at_radius, continuous, option, with_continuous, with_options
+from .tuning_problem import Problem
 from .tuning_result import Candidate, Fold, TunedParameter, TuningResult, TuningScores
 from .validation import FLOOR, PUBLISHED, compare_forms
 

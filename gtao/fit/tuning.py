@@ -9,8 +9,9 @@ import numpy as np
 from gtao.errors import ConfigError
 
 from .tuning_candidates import Candidates, Settings, combinations, fit_candidates
-from .tuning_objective import Problem, mean_squares
+from .tuning_objective import mean_squares
 from .tuning_options import with_continuous
+from .tuning_problem import Problem
 from .tuning_result import Fold, TuningResult
 from .tuning_scoring import score, tuned_parameters
 from .tuning_space import Bounds, Space

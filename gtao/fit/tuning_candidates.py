@@ -8,8 +8,9 @@ from typing import Any
 from gtao.config import SliceMethod
 from gtao.errors import ConfigError
 
-from .tuning_objective import Objective, Problem
+from .tuning_objective import Objective
 from .tuning_options import with_options
+from .tuning_problem import Problem
 from .tuning_result import Candidate
 from .tuning_search import Descent, minimise
 from .tuning_space import Bounds, Space

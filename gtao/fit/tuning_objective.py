@@ -1,84 +1,34 @@
 """What tuning minimises: the mean squared error of the estimates of all views against their truth, and its gradient."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import drjit as dr
 import numpy as np
-from numpy.typing import ArrayLike
 
 from gtao.config import Pipeline
-from gtao.errors import ConfigError, FitError, ShapeError
+from gtao.errors import ConfigError, FitError
 from gtao.estimators import ambient_occlusion
 from gtao.gbuffer import GBuffer
 
 from .tuning_options import with_continuous, with_options
+from .tuning_problem import Problem
 from .tuning_space import Space
 
-__all__ = ["Objective", "Problem", "mean_squares", "unfiltered"]
+__all__ = ["Objective", "mean_squares", "unfiltered"]
 
 #: Half width of differences in coordinates: few samples move by more than a texel, and enough of them cross into
 #: another one for the jumps to average out.
 STEP = 0.02
 
+#: Options that kernels are made for, unless they are Dr.Jit floats; with gradients those that others are computed with
+#: are, too.
+COMPILED = {"step_exponent"}
+
 #: A derivative that misses the difference by more than this share does not see the jumps between texels; what the loss
 #: bends over the width makes up a few percent of smooth options.
 CHECK_TOLERANCE = 0.1
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Problem:
-    """One view with the visibility that it should have.
-
-    Args:
-        name: for tables; unique.
-        g: the frame.
-        truth: (H, W) visibility; only pixels that show a surface count.
-        radius: reach of the truth's occluders in scene units, which the method's lengths are scaled to; None leaves
-            them alone.
-        scene: views of one scene are left out together; the name if left out.
-        weight: of the view's mean squared error in the loss, positive.
-        variance: (H, W) variance of the truth, which reported errors are corrected by; None for none.
-
-    Raises:
-        ShapeError: truth or variance are not of the frame, not finite on the surface, or there is no surface.
-        ConfigError: the weight or the radius is not positive and finite.
-    """
-
-    name: str
-    g: GBuffer
-    truth: ArrayLike
-    radius: float | None = None
-    scene: str = ""
-    weight: float = 1.0
-    variance: ArrayLike | None = None
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.g, GBuffer):
-            raise ConfigError(f"g of problem {self.name!r} must be a gtao.GBuffer, got {type(self.g).__name__}")
-        for what, value in (("weight", self.weight), ("radius", 1.0 if self.radius is None else self.radius)):
-            if not 0 < value < np.inf:
-                raise ConfigError(f"{what} of problem {self.name!r} must be positive and finite, got {value}")
-        surface = self.g.mask.numpy().astype(bool)
-        if not surface.any():
-            raise ShapeError(f"no pixel of problem {self.name!r} shows a surface; leave the view out")
-        for what in ("truth", "variance"):
-            given = getattr(self, what)
-            if given is None:
-                continue
-            image = np.array(given, dtype=np.float64)
-            if image.shape != self.g.shape:
-                raise ShapeError(f"{what} of problem {self.name!r} has shape {image.shape}, its frame {self.g.shape}")
-            if not np.isfinite(image[surface]).all():
-                raise ShapeError(f"{what} of problem {self.name!r} is not finite on the surface")
-            object.__setattr__(self, what, np.where(surface, image, 1.0 if what == "truth" else 0.0))
-        object.__setattr__(self, "scene", self.scene or self.name)
-
-    @property
-    def noise(self) -> float:
-        """Mean variance of the truth over the surface."""
-        return 0.0 if self.variance is None else float(np.mean(self.variance[self.g.mask.numpy().astype(bool)]))
 
 
 def unfiltered(method: Any) -> Any:
@@ -157,12 +107,15 @@ class Objective:
         self._targets = _Targets(self.problems, frames)
         self._Float = self.problems[0].g.types.Float
         self._radii = tuple(dict.fromkeys(p.radius for p in self.problems))
+        self._bases = {radius: with_continuous(space.method, {}, radius) for radius in self._radii}
+        n = len(space.parameters)
+        self._moved = {path for i in range(n) for path in space.derivatives(space.start, i, self._radii[0])}
         self.n_evaluations = 0
 
     def losses(self, coordinates: np.ndarray) -> np.ndarray:
         """Mean squared error of every view, (views,)."""
         self.n_evaluations += 1
-        return _numbers(self._targets.errors(self._methods(self._inputs(coordinates))))
+        return _numbers(self._targets.errors(self._methods(self._inputs(coordinates, self._moved & COMPILED))))
 
     def loss(self, coordinates: np.ndarray) -> float:
         """Weighted mean of :meth:`losses`."""
@@ -183,7 +136,7 @@ class Objective:
         """
         self.n_evaluations += 1
         chain = {radius: [self.space.derivatives(coordinates, i, radius) for i in attached] for radius in self._radii}
-        inputs = self._inputs(coordinates)
+        inputs = self._inputs(coordinates, self._moved)
         leaves = {
             (radius, path): inputs[radius][path] for radius, rows in chain.items() for row in rows for path in row
         }
@@ -199,27 +152,23 @@ class Objective:
             gradient += [sum(slopes[radius, path] * d for path, d in row.items()) for row in rows]
         return float(self._shares @ _numbers([dr.detach(e) for e in errors])), gradient
 
-    def _inputs(self, coordinates: np.ndarray) -> dict[float | None, dict[str, Any]]:
-        """The options that coordinates move, by radius and path, as Dr.Jit floats.
+    def _inputs(self, coordinates: np.ndarray, as_inputs: set[str]) -> dict[float | None, dict[str, Any]]:
+        """The options that coordinates move, by radius and path, some of them as Dr.Jit floats.
 
-        As numbers they could become part of a kernel, and every evaluation would compile it anew.
+        As numbers they would become part of kernels, which every evaluation would compile anew.
         """
-        found = {}
+        found: dict[float | None, dict[str, Any]] = {}
         for radius in self._radii:
             options = self.space.options(coordinates, radius)
-            found[radius] = {path: dr.opaque(self._Float, options[path]) for path in self._moved(radius)}
+            found[radius] = {
+                path: dr.opaque(self._Float, options[path]) if path in as_inputs else options[path]
+                for path in self._moved
+            }
         return found
 
-    def _moved(self, radius: float | None) -> set[str]:
-        n = len(self.space.parameters)
-        return {path for i in range(n) for path in self.space.derivatives(self.space.start, i, radius)}
-
-    def _methods(self, inputs: dict[float | None, dict[str, Any]]) -> list[Any]:
+    def _methods(self, options: dict[float | None, dict[str, Any]]) -> list[Any]:
         """The configuration of every view."""
-        made = {
-            radius: with_options(with_continuous(self.space.method, {}, radius), given)
-            for radius, given in inputs.items()
-        }
+        made = {radius: with_options(self._bases[radius], given) for radius, given in options.items()}
         return [made[problem.radius] for problem in self.problems]
 
     def differentiable(self, coordinates: np.ndarray) -> tuple[int, ...]:

@@ -10,8 +10,9 @@ from gtao.config import Pipeline
 from gtao.evaluate import bootstrap_interval, bootstrap_standard_error
 
 from .tuning_candidates import Tuned
-from .tuning_objective import Problem, mean_squares, unfiltered
+from .tuning_objective import mean_squares, unfiltered
 from .tuning_options import CONTINUOUS, with_continuous
+from .tuning_problem import Problem
 from .tuning_result import TunedParameter, TuningScores
 from .tuning_spread import scene_draws
 
