@@ -60,7 +60,7 @@ class Options:
             reference=Path(reference) if reference else None,
             clock=parsed.clock or fallback,
             rounds=5 if parsed.quick else 15,
-            budget_s=3.0 if parsed.quick else 40.0,
+            budget_s=3.0 if parsed.quick else 12.0,
             bandwidth=None if parsed.bandwidth is None else 1e9 * parsed.bandwidth,
         )
 
