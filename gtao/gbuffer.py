@@ -32,7 +32,7 @@ class GBuffer:
 
     Args:
         view_z: (H, W) distance along the optical axis in scene units, positive; ``inf`` on the background. NumPy,
-            PyTorch, JAX or Dr.Jit (Mitsuba) arrays; float32 unless float64 comes in.
+            PyTorch, JAX or Dr.Jit (Mitsuba) arrays; float32 unless float64 comes in. The rest follows its precision.
         normal_v: (H, W, 3) unit normals in the view frame (+x right, +y up, camera looks along -z); ignored on the
             background. ``None`` derives geometric normals from the depth.
         camera: the camera that the frame was made with.
@@ -71,11 +71,12 @@ class GBuffer:
         self.shape: tuple[int, int] = camera.shape
         self.view_z = to_tensor(view_z, "view_z", self.shape, copy=validate)
         self.mask = self.types.TensorBool(dr.isfinite(dr.detach(self.view_z.array)), self.shape)
+        like = type(self.view_z)
         self.normals_derived = self._from_depth = normal_v is None
-        n = None if normal_v is None else to_tensor(normal_v, "normal_v", (*self.shape, 3), copy=validate)
+        n = None if normal_v is None else to_tensor(normal_v, "normal_v", (*self.shape, 3), like=like, copy=validate)
         self._given = None if n is None else n.array
-        self.albedo = None if albedo is None else to_tensor(albedo, "albedo", (*self.shape, 3))
-        self.motion = None if motion is None else to_tensor(motion, "motion", (*self.shape, 2))
+        self.albedo = None if albedo is None else to_tensor(albedo, "albedo", (*self.shape, 3), like=like)
+        self.motion = None if motion is None else to_tensor(motion, "motion", (*self.shape, 2), like=like)
         self.layers = None if layers is None else check_layers(layers, self.view_z)
         self._affine_field: Any = None
         self._pyramid: tuple[Any, Any] = (None, None)

@@ -10,10 +10,11 @@ from .errors import ShapeError
 __all__ = ["scalar", "to_tensor", "window"]
 
 
-def to_tensor(value: Any, name: str, shape: tuple[int, ...], *, copy: bool = True):
+def to_tensor(value: Any, name: str, shape: tuple[int, ...], *, like: Any = None, copy: bool = True):
     """A Dr.Jit tensor of ``shape`` that owns its memory, from anything with an array protocol; gradients stay.
 
     Args:
+        like: type of the tensor; by default as precise as ``value``.
         copy: also copy Dr.Jit tensors, whose memory may be NumPy's.
     """
     backend.require()
@@ -38,6 +39,9 @@ def to_tensor(value: Any, name: str, shape: tuple[int, ...], *, copy: bool = Tru
             tensor = dr.tensor_t(Float)(value)
         except (TypeError, RuntimeError) as error:
             raise ShapeError(f"{name} cannot be read as an array: {error}") from None
+    # Types that track gradients cost nothing without any, and others would lose those of what they are combined with.
+    kind = dr.diff_array_t(type(tensor)) if like is None else like
+    tensor = tensor if type(tensor) is kind else kind(tensor)
     if tuple(tensor.shape) != shape:
         raise ShapeError(f"{name} must have shape {shape}, got {tuple(tensor.shape)}")
     if tensor is value and not copy:

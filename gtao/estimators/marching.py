@@ -5,16 +5,16 @@ from typing import Any
 
 import drjit as dr
 
-from gtao.config import DepthCut, LinearFalloff, NoCut, SampleCut, SliceMethod, plain
-from gtao.errors import ConfigError
+from gtao.config import LinearFalloff, SliceMethod, plain
 from gtao.gbuffer import GBuffer
 from gtao.kernels import noise, pyramid
 from gtao.kernels.march_types import Scalars, Switches
 from gtao.tensors import scalar
 
 from .adjoint import estimate
-from .attached import attached_numbers, is_attached
+from .attached import is_attached
 from .job import Job
+from .without_derivative import refuse_what_has_no_derivative
 
 __all__ = ["march_frame", "opaque"]
 
@@ -106,37 +106,6 @@ def _scalars(g: GBuffer, method: SliceMethod, radius: Any, frame_index: int) -> 
     return Scalars(**{name: opaque(g, value) for name, value in values.items()}, key=dr.opaque(T.UInt, key))
 
 
-def _refuse_what_has_no_derivative(g: GBuffer, method: Any, switches: Switches) -> None:
-    """Options that only decide whether a sample counts, or which texel it is, change nothing when they change little.
-
-    Raises:
-        ConfigError: such an option carries a gradient, which would be zero everywhere.
-    """
-    attached = set(attached_numbers(method))
-    if not attached:
-        return
-    if not dr.is_diff_v(g.types.Float):
-        raise ConfigError("options that carry gradients need a frame of differentiable arrays (drjit.*.ad)")
-    falloff, thickness = getattr(method, "falloff", None), getattr(method, "thickness", None)
-    steps_only = {"step_exponent", "min_step_px", "max_radius_px", "max_radius_share"}
-    cut = isinstance(falloff, SampleCut | NoCut) or getattr(method, "attenuation", "") == "none"
-    if falloff is not None or cut:
-        # The exact cut and HBAO's attenuation know the radius; otherwise it only says how far to search.
-        steps_only |= {"radius", "radius_multiplier"}
-    without = {"pyramid.level_offset"}
-    if switches.fixes_samples:
-        without |= steps_only
-    if isinstance(falloff, SampleCut) and (switches.fixes_samples or plain(falloff.end) > plain(method.search_radius)):
-        without.add("falloff.end")
-    if isinstance(thickness, DepthCut):
-        without.add("thickness.depth")
-    if refused := sorted(attached & without):
-        raise ConfigError(
-            f"{' and '.join(refused)} of this method {'has' if len(refused) == 1 else 'have'} no derivative: the result"
-            " changes in jumps; detach what is listed, or choose an interpolating fetch if it moves samples"
-        )
-
-
 def _near_and_far(method: Any) -> tuple[float, float]:
     """Depth differences between which the weighted filter of a pyramid lets go of nearer texels."""
     if method.pyramid.filter != "weighted":
@@ -161,7 +130,7 @@ def march_frame(g: GBuffer, method: Any, accumulator: Any, radius: Any, frame_in
             unrolled.
     """
     switches = _switches(g, method, unlimited=math.isinf(plain(radius)))
-    _refuse_what_has_no_derivative(g, method, switches)
+    refuse_what_has_no_derivative(method, switches)
     field = g.view_z.array
     if switches.pyramid is not None:
         field = g.depth_pyramid(switches.pyramid, method.pyramid.filter, *_near_and_far(method))

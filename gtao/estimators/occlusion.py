@@ -1,6 +1,7 @@
 """Image-level driver of the occlusion kernels."""
 
 import math
+import numbers
 from collections.abc import Callable
 from typing import Any
 
@@ -68,7 +69,7 @@ def ambient_occlusion(
         raise ConfigError(f"method must be one of {choices}, got {type(method).__name__}")
     if not isinstance(g, GBuffer):
         raise ConfigError(f"g must be a gtao.GBuffer, got {type(g).__name__}")
-    if isinstance(frame_index, bool) or not isinstance(frame_index, int) or frame_index < 0:
+    if isinstance(frame_index, bool) or not isinstance(frame_index, numbers.Integral) or frame_index < 0:
         raise ConfigError(f"frame_index must be a non-negative integer, got {frame_index!r}")
     if max_pixels is not None and (isinstance(max_pixels, bool) or not isinstance(max_pixels, int) or max_pixels < 1):
         raise ConfigError(f"max_pixels must be a positive integer or None, got {max_pixels!r}")

@@ -54,7 +54,11 @@ def value_and_gradient(
     """
     if not isinstance(g, GBuffer):
         raise ConfigError(f"g must be a gtao.GBuffer, got {type(g).__name__}")
+    if not callable(loss):
+        raise ConfigError(f"loss must be a function of the visibility, got {type(loss).__name__}")
     frame, terms, total = g.attached(), [], []
+    if not dr.grad_enabled(frame.view_z):
+        raise ConfigError("gradients are suspended here (dr.suspend_grad)")
 
     def add_up():
         # As soon as they are there, to be rid of an image.
@@ -64,7 +68,7 @@ def value_and_gradient(
     with fused(add_up):
         visibility = ambient_occlusion(frame, method, frame_index=frame_index).visibility
         image = loss(visibility)
-        if not dr.is_tensor_v(image) or tuple(image.shape) != g.shape:
+        if not dr.is_array_v(image) or not dr.is_tensor_v(image) or tuple(image.shape) != g.shape:
             raise ShapeError(
                 f"the loss must be a tensor of the frame's shape {g.shape}, one number for each pixel, got"
                 f" {type(image).__name__} of shape {tuple(getattr(image, 'shape', ()))}; sums are taken here"
