@@ -9,7 +9,7 @@ from .twins import numpy_twin
 __all__ = ["forward", "twin"]
 
 #: A Numba or NumPy twin takes ten times as long: where a frame has more samples, only compiled rivals run.
-SLOW_TAPS = 150e6
+SLOW_TAPS = 60e6
 
 
 def twin(name):
