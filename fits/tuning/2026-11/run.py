@@ -2,14 +2,14 @@
 
     python fits/tuning/2026-11/run.py -o DIR [--held-out FOLDER_WITH_SCENES ...] [--cache DIR]
 
-Every embedded procedural scene, both cameras, at half, once and twice its radius: the constants are shares of the
+Every embedded procedural scene, both cameras, at its own radius: the constants are shares of the
 radius, and have to serve all of them. Three scenes at a time are left out and scored by what was tuned on the others;
 scenes given as held out take part in no tuning. Three tunings, each with a record of its own:
 
 - constants: radius multiplier, falloff range, sample distribution, thin-occluder compensation and power, with 3x3
   slices and steps per side and XeGTAO's filter, as published but for these numbers;
 - result: the same with what happens to the result in the end and two numbers of the filter, which cost nothing either;
-- layout: the constants for other ways to spend 18 samples or fewer, at the scenes' own radius.
+- layout: the constants for other ways to spend 18 samples or fewer.
 
 The offset of the depth pyramid stays as published: it trades error for time, and a fit that does not count time turns
 the pyramid off. Records are not edited: run into another directory to repeat it.
@@ -27,9 +27,9 @@ LAYOUT = ("n_slices=1,2,3", "n_steps=3,4,9")
 TUNINGS = {
     "constants": {"parameters": CONSTANTS},
     "result": {"parameters": CONSTANTS + RESULT},
-    "layout": {"parameters": CONSTANTS, "search": LAYOUT, "max_taps": 18, "radii": (1.0,), "folds": 0},
+    "layout": {"parameters": CONSTANTS, "search": LAYOUT, "max_taps": 18, "folds": 0},
 }
-SETTINGS = {"resolution": 192, "spp": 256, "radii": (0.5, 1.0, 2.0), "folds": 4, "seed": 0}
+SETTINGS = {"resolution": 128, "spp": 128, "radii": (1.0,), "folds": 4, "seed": 0}
 
 
 def main():
