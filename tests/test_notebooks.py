@@ -12,7 +12,7 @@ FOLDER = Path(__file__).parents[1] / "notebooks"
 NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
 
 #: What a reader may have to know: the package's public rooms, its dependencies, the standard library.
-PUBLIC = {"gtao", "numpy", "matplotlib", "dataclasses", "math", "pathlib"}
+PUBLIC = {"gtao", "drjit", "mitsuba", "numpy", "scipy", "matplotlib", "dataclasses", "math", "pathlib", "time"}
 
 
 def _read(path):
@@ -27,7 +27,15 @@ def _code(notebook):
 
 def test_all_notebooks_are_here():
     names = {path.name for path in NOTEBOOKS}
-    assert names >= {"first_ao.ipynb", "multibounce_refit.ipynb", "against_ray_tracing.ipynb"}
+    assert names >= {
+        "first_ao.ipynb",
+        "multibounce_refit.ipynb",
+        "against_ray_tracing.ipynb",
+        "height_from_visibility.ipynb",
+        "albedo_from_light.ipynb",
+        "camera_from_visibility.ipynb",
+        "scene_from_photograph.ipynb",
+    }
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
