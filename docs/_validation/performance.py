@@ -141,7 +141,9 @@ def memory(entries):
 
 def threads(entries):
     names = list(entries[0]["speedups"]) if entries else []
-    body = [[name, *(f"{e['speedups'][name]:.2f}" for e in entries)] for name in names]
+    body = [
+        [name, *(f"{e['speedups'][name]:.2f}" if name in e["speedups"] else "–" for e in entries)] for name in names
+    ]
     return table(["two threads, times as fast", *(e["counts"] for e in entries)], body)
 
 
@@ -151,6 +153,19 @@ def device(numbers):
         for e in numbers["entries"]
     ]
     return table(["", "slices × steps", "kernels, ms", "call, ms", "frozen call, ms", "share of bandwidth"], body)
+
+
+MISSING = "This record has no such part."
+
+
+def kernels(found):
+    """What a device does, and how much of its memory's bandwidth that is."""
+    return f"""\
+Backend `{found["backend"]}`, {found["entries"][0]["pixels"] / 1e6:.2f} million pixels; the memory streams
+{found["bandwidth"] / 1e9:.0f} GB/s on one thread, and the share is that of the time in which it could bring every
+input and take every output once.
+
+{device(found)}"""
 
 
 def section(record):
@@ -208,7 +223,7 @@ A new process, of which importing the package takes {ms(n["startup"]["import_s"]
 
 Peak beyond the inputs:
 
-{memory(n["memory"]["entries"])}
+{memory(n["memory"]["entries"]) if "memory" in n else MISSING}
 
 ### Threads
 
@@ -216,9 +231,5 @@ Peak beyond the inputs:
 
 ### Kernels alone
 
-Backend `{n["device"]["backend"]}`, {n["device"]["entries"][0]["pixels"] / 1e6:.2f} million pixels; the memory streams
-{n["device"]["bandwidth"] / 1e9:.0f} GB/s on one thread, and the share is that of the time in which it could bring every
-input and take every output once.
-
-{device(n["device"])}
+{kernels(n["device"]) if "device" in n else MISSING}
 """
