@@ -66,7 +66,7 @@ def _switches(g: GBuffer, method: Any, *, unlimited: bool) -> Switches:
         clamp_px=not math.isinf(plain(_longest_px(g, method))),
         square_pixels=_square_pixels(g.camera),
         pulled=is_attached(method.depth_bias) or plain(method.depth_bias) > 0,
-        meets_itself=method.snap_to_texel and not _keeps_off(method),
+        meets_itself=not _keeps_off(method),
     )
 
 

@@ -55,7 +55,7 @@ class Sampler:
         c, d2, dV = horizon.cosine(D, pixel.V)
         if k.meets_itself:
             # What rounding leaves of an offset that is zero points anywhere.
-            c = dr.select((px == pixel.x) & (py == pixel.y) & (zs == z), math.nan, c)
+            c = dr.select((px == pixel.x) & (py == pixel.y), math.nan, c)
         return Sample(D, d2, dV, c, j, px, py, X, Y, zs)
 
     def _in_order(self):
