@@ -3,6 +3,7 @@
 import csv
 import json
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -149,6 +150,23 @@ def test_the_defaults_are_the_constants_of_xegtao():
         "fetch": ("nearest", "bilinear"),
         "pyramid": (None,),
     }
+
+
+def test_the_committed_constants_beat_those_of_xegtao_on_scenes_that_they_do_not_know():
+    """At equal slices and steps, with the same filter and without any."""
+    folder = Path(__file__).parents[2] / "fits" / "tuning" / "2026-11" / "constants"
+    record = io.read_record(folder / "record.json")
+    for entry in record["outputs"]:
+        assert io.sha256_file(folder / entry["path"]) == entry["sha256"]
+    assert record["numbers"]["rival"] == "xegtao-high 3x3"
+    method = gtao.method_from_dict(json.loads((folder / "method.json").read_text()))
+    assert (method.occlusion.n_slices, method.occlusion.n_steps, method.spatial) == (3, 3, gtao.EdgeAwareFilter())
+    for views in record["numbers"]["unseen"].values():
+        for found in views.values():
+            assert found["ratio"] < 1
+            assert found["wins"] > found["n_views"] / 2
+            # Paired over scenes: by more than chance.
+            assert found["difference"] < -2 * found["standard_error"]
 
 
 # --- the command ---------------------------------------------------------------------------------------------------

@@ -2,11 +2,10 @@
 
     python fits/tuning/2026-11/run.py -o DIR [--held-out FOLDER_WITH_SCENES ...] [--cache DIR]
 
-Every embedded procedural scene, both cameras, at its own radius: the constants are shares of the radius, and have to
-serve all of them. Three scenes at a time are left out and scored by what was tuned on the others; scenes given as held
-out take part in no tuning. Tuned are radius multiplier, falloff range, sample
-distribution, thin-occluder compensation and power, with 3x3 slices and steps per side and XeGTAO's filter, as
-published but for these numbers.
+Every embedded procedural scene, both cameras, at its own radius. Three scenes at a time are left out and scored by what
+was tuned on the others; scenes given as held out take part in no tuning. Tuned are the radius multiplier, the falloff
+range, the sample distribution, the thin-occluder compensation and the power, with 3x3 slices and steps per side and
+XeGTAO's filter.
 
 The offset of the depth pyramid stays as published: it trades error for time, and a fit that does not count time turns
 the pyramid off. Records are not edited: run into another directory to repeat it.
