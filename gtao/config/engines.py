@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 from gtao.errors import ConfigError
 
-from ._checks import check_positive
+from ._checks import check_positive, plain
 from .bitmask import VisibilityBitmask
 from .falloff import IndexFalloff, LinearFalloff, NoCut, QuadraticFalloff
 from .filters import EdgeAwareFilter, PlaneAwareFilter, SpatialFilter
@@ -233,7 +233,8 @@ def threejs(variant: Literal["node", "webgl"] = "node", radius: float = 0.25) ->
         "step_law": "beyond",
         "border": "replicate",
         "horizon_start": "tangent",
-        "thickness": DepthCut(depth=4 * radius),
+        # It decides whether a sample counts, which has no derivative.
+        "thickness": DepthCut(depth=4 * plain(radius)),
         "ceiling": 1.0,
     }
     if variant == "node":

@@ -23,7 +23,7 @@ def refuse_what_has_no_derivative(method: Any, switches: Switches) -> None:
         ConfigError: there are some.
     """
     attached = set(attached_numbers(method))
-    if attached and (refused := sorted(attached & (_in_jumps(method, switches) | _without_effect(method)))):
+    if attached and (refused := sorted(_refused(method, switches, attached))):
         raise ConfigError(
             f"{' and '.join(refused)} of this method {'has' if len(refused) == 1 else 'have'} no derivative: the result"
             " changes in jumps or not at all; detach what is listed, or choose an interpolating fetch if it moves"
@@ -31,15 +31,28 @@ def refuse_what_has_no_derivative(method: Any, switches: Switches) -> None:
         )
 
 
+def _refused(method: Any, switches: Switches, attached: set[str]) -> set[str]:
+    refused = attached & (_in_jumps(method, switches) | _without_effect(method))
+    # One number for both: its derivative is that of the falloff, to which the search has nothing to add.
+    shared = {"radius", "falloff.end"} <= attached and _one(method.radius, method.falloff.end)
+    return refused - {"radius"} if shared and "falloff.end" not in refused else refused
+
+
+def _one(a: Any, b: Any) -> bool:
+    """Whether two numbers that carry gradients are the same variable."""
+    return type(a) is type(b) and a.index_ad == b.index_ad
+
+
 def _in_jumps(method: Any, switches: Switches) -> set[str]:
     """Options that only decide whether a sample counts, or which texel it is."""
     falloff, names = getattr(method, "falloff", None), {"pyramid.level_offset"}
+    fades = getattr(method, "small_radius_fade", False)
     if isinstance(getattr(method, "thickness", None), DepthCut):
         names.add("thickness.depth")
     if switches.fixes_samples:
         names |= {"step_exponent", "min_step_px", "max_radius_px", "max_radius_share"}
-        if falloff is not None or getattr(method, "attenuation", "") == "none":
-            # The exact cut and HBAO's attenuation know the radius; otherwise it only says how far to search.
+        if (falloff is not None and not fades) or getattr(method, "attenuation", "") == "none":
+            # The exact cut, HBAO's attenuation and the fade know the radius; otherwise it only says how far to search.
             names |= {"radius", "radius_multiplier"}
     if isinstance(falloff, SampleCut) and (switches.fixes_samples or plain(falloff.end) > plain(method.search_radius)):
         names.add("falloff.end")
