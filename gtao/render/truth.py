@@ -4,19 +4,19 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-import drjit as dr
 import mitsuba as mi
 import numpy as np
 
 from gtao import display
-from gtao.errors import ConfigError
 
-from .chunks import Progress, chunks
+from .chunks import Progress
+from .hemisphere import bent, check_rays, image, mean_over_batches, normals_v, open_sums
 from .loading import select_sensor
 from .primary import check_normals, shoot
-from .sampling import batch_key, check_sampling, point, stream_key
+from .sampling import check_sampling
+from .sensor import rotation
 from .variant import ensure_variant
-from .walk import Origins, origins, spawn
+from .walk import Origins, origins
 
 __all__ = ["Visibility", "visibility"]
 
@@ -103,82 +103,29 @@ def visibility(
     ensure_variant()
     check_sampling(spp, n_batches, seed)
     check_normals(normals)
-    if weighting not in ("cosine", "uniform"):
-        raise ConfigError(f"weighting must be 'cosine' or 'uniform', got {weighting!r}")
-    if not max_distance > 0:
-        raise ConfigError(f"max_distance must be positive (inf for no limit), got {max_distance}")
+    check_rays(max_distance, weighting)
     hits = shoot(scene, select_sensor(scene, sensor), normals)
     start = origins(hits, g)
-    n, per_batch = len(start), spp // n_batches
-    open_rays = np.zeros((n_batches, n), dtype=np.uint32)
-    direction = np.zeros((3, n))
-    for chunk in chunks(n, n_batches, per_batch, progress):
-        key = batch_key(seed, chunk.batch)
-        part = start.part(chunk.start, chunk.stop)
-        count, total = _trace(scene, part, key, per_batch, max_distance, bent_normal, weighting)
-        open_rays[chunk.batch, chunk.start : chunk.stop] = count
-        if bent_normal:
-            direction[:, chunk.start : chunk.stop] += total
+    to_view = rotation(hits.view_to_world.T)
 
+    def values(direction: Any) -> tuple:
+        return (mi.UInt32(1), to_view @ direction) if bent_normal else (mi.UInt32(1),)
+
+    def estimate(part: Origins, key: int, n_rays: int) -> np.ndarray:
+        return open_sums(scene, part, key, n_rays, max_distance, weighting, values) / n_rays
+
+    n_values = 4 if bent_normal else 1
+    mean, variance = mean_over_batches(start, n_values, spp, n_batches, seed, estimate, progress)
     shape = hits.camera.shape
-    pixel = start.pixel.numpy()
-    batch_mean = open_rays / per_batch
-    mean, variance = np.ones(shape), np.zeros(shape)
-    mean.flat[pixel] = batch_mean.mean(0)
-    variance.flat[pixel] = batch_mean.var(0, ddof=1) / n_batches
-    bent = vector = None
-    if bent_normal:
-        vector, bent = _directions(hits, start, direction / spp)
+    direction = image(mean[1:], start, shape) if bent_normal else None
     return Visibility(
-        mean=mi.TensorXf(mean.astype(np.float32)),
-        variance=mi.TensorXf(variance.astype(np.float32)),
+        mean=mi.TensorXf(image(mean[0], start, shape, 1.0)),
+        variance=mi.TensorXf(image(variance[0], start, shape)),
         count=spp,
         n_batches=n_batches,
-        bent_normal=bent,
-        mean_direction=vector,
+        bent_normal=None if direction is None else mi.TensorXf(bent(direction, normals_v(start, hits))),
+        mean_direction=None if direction is None else mi.TensorXf(direction),
         max_distance=float(max_distance),
         seed=seed,
         weighting=weighting,
     )
-
-
-def _trace(
-    scene: Any, start: Origins, key: int, n_rays: int, max_distance: float, sum_directions: bool, weighting: str
-) -> tuple[np.ndarray, np.ndarray | None]:
-    """Unoccluded rays per start point, and the sum of their directions."""
-    stream = stream_key(dr.opaque(mi.UInt32, key), start.pixel)
-    limit = dr.opaque(mi.UInt32, n_rays)
-    reach = dr.opaque(mi.Float, max_distance)
-
-    def more(index: Any, count: Any, total: Any) -> Any:
-        return index < limit
-
-    def body(index: Any, count: Any, total: Any) -> tuple:
-        ray = spawn(start.position, start.n_geo, start.normal, point(stream, mi.UInt32(0), index), weighting)
-        ray.maxt = reach
-        above = dr.dot(ray.d, start.n_geo) > 0
-        visible = above & ~scene.ray_test(ray, coherent=False, active=above)
-        if sum_directions:
-            total = total + dr.select(visible, ray.d, 0)
-        return index + 1, count + dr.select(visible, mi.UInt32(1), 0), total
-
-    n = len(start)
-    state = (dr.zeros(mi.UInt32, n), dr.zeros(mi.UInt32, n), dr.zeros(mi.Vector3f, n))
-    _, count, total = dr.while_loop(state, more, body, labels=("index", "count", "total"))
-    dr.eval(count, total)
-    dr.sync_thread()
-    return count.numpy(), total.numpy() if sum_directions else None
-
-
-def _directions(hits: Any, start: Origins, mean_w: np.ndarray) -> tuple[Any, Any]:
-    """Mean directions in the view frame, as they are and normalised, as (H, W, 3) tensors."""
-    to_view = hits.view_to_world[:3, :3].T
-    pixel = start.pixel.numpy()
-    mean_v = (to_view @ mean_w).T
-    normal_v = (to_view @ start.normal.numpy().astype(np.float64)).T
-    length = np.linalg.norm(mean_v, axis=1, keepdims=True)
-    shape = (*hits.camera.shape, 3)
-    vector, bent = np.zeros(shape), np.tile([0.0, 0.0, 1.0], (*hits.camera.shape, 1))
-    vector.reshape(-1, 3)[pixel] = mean_v
-    bent.reshape(-1, 3)[pixel] = np.where(length > 0, mean_v / np.where(length > 0, length, 1), normal_v)
-    return mi.TensorXf(vector.astype(np.float32)), mi.TensorXf(bent.astype(np.float32))
