@@ -1,0 +1,106 @@
+"""Integrals over the hemisphere above every pixel's surface, by rays in independent batches."""
+
+from collections.abc import Callable
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from gtao.errors import ConfigError
+
+from .chunks import Progress, chunks
+from .primary import PrimaryHits
+from .sampling import batch_key, point, stream_key
+from .walk import Origins, spawn
+
+__all__ = ["bent", "check_rays", "image", "mean_over_batches", "normals_v", "open_sums"]
+
+
+def check_rays(max_distance: float, weighting: str = "cosine") -> None:
+    """Raise ConfigError unless rays have a length and the hemisphere is weighted in one of the two ways."""
+    if weighting not in ("cosine", "uniform"):
+        raise ConfigError(f"weighting must be 'cosine' or 'uniform', got {weighting!r}")
+    if not max_distance > 0:
+        raise ConfigError(f"max_distance must be positive (inf for no limit), got {max_distance}")
+
+
+def mean_over_batches(
+    start: Origins,
+    n_values: int,
+    spp: int,
+    n_batches: int,
+    seed: int,
+    estimate: Callable[[Origins, int, int], np.ndarray],
+    progress: Progress | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Mean over independent batches and the variance of that mean, (n_values, N) float64 each.
+
+    ``estimate(origins, key, n_rays)`` is one batch's (n_values, n) estimate at some of the start points.
+    """
+    # Running mean and sum of squared deviations: memory does not grow with the batches, and nothing cancels.
+    mean, squares = np.zeros((2, n_values, len(start)))
+    for chunk in chunks(len(start), n_batches, spp // n_batches, progress):
+        part = start.part(chunk.start, chunk.stop)
+        values = estimate(part, batch_key(seed, chunk.batch), spp // n_batches)
+        lanes = slice(chunk.start, chunk.stop)
+        off = values - mean[:, lanes]
+        mean[:, lanes] += off / (chunk.batch + 1)
+        squares[:, lanes] += off * (values - mean[:, lanes])
+    return mean, squares / (n_batches * (n_batches - 1))
+
+
+def open_sums(
+    scene: Any,
+    start: Origins,
+    key: int,
+    n_rays: int,
+    max_distance: float,
+    weighting: str,
+    values: Callable[[Any], tuple],
+) -> np.ndarray:
+    """Sums of ``values(direction)`` over the rays that nothing blocks, one row per component: (k, N) float64.
+
+    Directions are drawn about the normals of ``start`` by the weighting, the same ones for the same ``key``. Rays
+    below the geometric surface are blocked by it.
+    """
+    stream = stream_key(dr.opaque(mi.UInt32, key), start.pixel)
+    limit = dr.opaque(mi.UInt32, n_rays)
+    reach = dr.opaque(mi.Float, max_distance)
+
+    def more(index: Any, sums: Any) -> Any:
+        return index < limit
+
+    def body(index: Any, sums: Any) -> tuple:
+        ray = spawn(start.position, start.n_geo, start.normal, point(stream, mi.UInt32(0), index), weighting)
+        ray.maxt = reach
+        above = dr.dot(ray.d, start.n_geo) > 0
+        visible = above & ~scene.ray_test(ray, coherent=False, active=above)
+        return index + 1, [total + dr.select(visible, v, 0) for total, v in zip(sums, values(ray.d), strict=True)]
+
+    n = len(start)
+    zeros = [dr.zeros(type(v), n) for v in values(mi.Vector3f(start.normal))]
+    _, sums = dr.while_loop((dr.zeros(mi.UInt32, n), zeros), more, body, labels=("index", "sums"))
+    dr.eval(sums)
+    dr.sync_thread()
+    return np.concatenate([np.atleast_2d(total.numpy()).astype(np.float64) for total in sums])
+
+
+def image(values: np.ndarray, start: Origins, shape: tuple[int, int], background: Any = 0.0) -> np.ndarray:
+    """Image (H, W, k), or (H, W), of values (k, N), or (N,), at the start points."""
+    result = np.empty((*shape, *values.shape[:-1]), dtype=np.float32)
+    result[...] = background
+    result.reshape(-1, *values.shape[:-1])[start.pixel.numpy()] = values.T
+    return result
+
+
+def normals_v(start: Origins, hits: PrimaryHits) -> np.ndarray:
+    """(H, W, 3) image of the normals that directions are drawn about, in the view frame; +z on the background."""
+    normal = hits.view_to_world[:3, :3].T @ start.normal.numpy().astype(np.float64)
+    return image(normal, start, hits.camera.shape, (0, 0, 1))
+
+
+def bent(mean_direction: np.ndarray, normal_v: np.ndarray) -> np.ndarray:
+    """Unit mean directions (H, W, 3), the normal where nothing is visible."""
+    length = np.linalg.norm(mean_direction, axis=-1, keepdims=True)
+    return np.where(length > 0, mean_direction / np.where(length > 0, length, 1), normal_v)
