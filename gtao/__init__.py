@@ -101,7 +101,7 @@ __all__ = [
     "value_and_gradient",
 ]
 
-_ROOMS = ("evaluate", "fit", "interop", "io", "plot", "render", "workflows")
+_ROOMS = ("evaluate", "fit", "interop", "io", "lighting", "plot", "render", "workflows")
 
 
 def __getattr__(name: str) -> Any:
