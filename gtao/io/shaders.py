@@ -2,95 +2,28 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-
-import numpy as np
 
 from gtao._version import __version__
 from gtao.data.multibounce import MultibounceFit
 from gtao.errors import ConfigError
 
-__all__ = ["LANGUAGES", "shader_code"]
+from .languages import Language, language_of
+
+__all__ = ["shader_code"]
 
 #: Longest sum that is written out term by term.
 MAX_UNROLLED = 32
 
 
-@dataclass(frozen=True)
-class _Language:
-    """How a language spells what the forms need; ``albedo`` and results are colours, ``visibility`` is a number."""
-
-    head: str
-    colour_value: str
-    number_value: str
-    splat: str
-    minimum: str
-    maximum: str
-    suffix: str = ""
-
-    def number(self, x: float) -> str:
-        """The shortest decimal that is read back as the same float32."""
-        if abs(x) > float(np.finfo(np.float32).max):
-            raise ConfigError(f"coefficient {x} does not fit into a 32-bit float")
-        single = np.float32(x)
-        plain = single == 0 or 1e-4 <= abs(single) < 1e6
-        write = np.format_float_positional if plain else np.format_float_scientific
-        return write(single, unique=True, trim="0") + self.suffix
-
-    def plus(self, x: float) -> str:
-        """``+ x`` or ``- |x|``."""
-        return f"- {self.number(-x)}" if x < 0 else f"+ {self.number(x)}"
-
-    def colour(self, name: str, value: str) -> str:
-        return self.colour_value.format(name=name, value=value)
-
-    def scalar(self, name: str, value: str) -> str:
-        return self.number_value.format(name=name, value=value)
-
-    def min(self, a: str, b: str) -> str:
-        return f"{self.minimum}({a}, {b})"
-
-    def max(self, a: str, b: str) -> str:
-        return f"{self.maximum}({a}, {b})"
-
-
-_GLSL_LIKE = {"minimum": "min", "maximum": "max"}
-
-LANGUAGES: dict[str, _Language] = {
-    "hlsl": _Language(
-        head="float3 MultiBounce(float visibility, float3 albedo)\n{",
-        colour_value="const float3 {name} = {value};",
-        number_value="const float {name} = {value};",
-        splat="float3({0}, {0}, {0})",
-        **_GLSL_LIKE,
-    ),
-    "glsl": _Language(
-        head="vec3 MultiBounce(float visibility, vec3 albedo)\n{",
-        colour_value="vec3 {name} = {value};",
-        number_value="float {name} = {value};",
-        splat="vec3({0})",
-        **_GLSL_LIKE,
-    ),
-    "wgsl": _Language(
-        head="fn MultiBounce(visibility: f32, albedo: vec3f) -> vec3f {",
-        colour_value="let {name} = {value};",
-        number_value="let {name} = {value};",
-        splat="vec3f({0})",
-        **_GLSL_LIKE,
-    ),
-    "c": _Language(
-        head="static inline float MultiBounce(float visibility, float albedo)\n{",
-        colour_value="const float {name} = {value};",
-        number_value="const float {name} = {value};",
-        splat="{0}",
-        minimum="fminf",
-        maximum="fmaxf",
-        suffix="f",
-    ),
+_HEADS = {
+    "hlsl": "float3 MultiBounce(float visibility, float3 albedo)\n{",
+    "glsl": "vec3 MultiBounce(float visibility, vec3 albedo)\n{",
+    "wgsl": "fn MultiBounce(visibility: f32, albedo: vec3f) -> vec3f {",
+    "c": "static inline float MultiBounce(float visibility, float albedo)\n{",
 }
 
 
-def _bounded(L: _Language, value: str) -> list[str]:
+def _bounded(L: Language, value: str) -> list[str]:
     """Between single-bounce visibility and the energy bound visibility + albedo (1 - visibility)."""
     one = L.number(1)
     return [
@@ -100,7 +33,7 @@ def _bounded(L: _Language, value: str) -> list[str]:
     ]
 
 
-def _linear_cubic(L: _Language, c: tuple[float, ...]) -> list[str]:
+def _linear_cubic(L: Language, c: tuple[float, ...]) -> list[str]:
     a1, a0, b1, b0, c1, c0 = c
     return [
         L.colour("a", f"{L.number(a1)} * albedo {L.plus(a0)}"),
@@ -110,7 +43,7 @@ def _linear_cubic(L: _Language, c: tuple[float, ...]) -> list[str]:
     ]
 
 
-def _four_parameter(L: _Language, c: tuple[float, ...]) -> list[str]:
+def _four_parameter(L: Language, c: tuple[float, ...]) -> list[str]:
     k0, k1, k2, k3 = c
     return [
         L.scalar("inner", f"{L.number(k0)} {L.plus(k1)} * visibility"),
@@ -120,7 +53,7 @@ def _four_parameter(L: _Language, c: tuple[float, ...]) -> list[str]:
     ]
 
 
-def _quotient(L: _Language, kept: str) -> list[str]:
+def _quotient(L: Language, kept: str) -> list[str]:
     """``kept`` is κ ρ. 1 - κ ρ (1 - V) is summed so that nothing cancels, and kept from 0 where V is 0."""
     return [
         L.colour("kept", kept),
@@ -128,24 +61,24 @@ def _quotient(L: _Language, kept: str) -> list[str]:
     ]
 
 
-def _divided(L: _Language) -> str:
+def _divided(L: Language) -> str:
     return f"visibility / {L.max('denominator', L.splat.format(L.number(1e-30)))}"
 
 
-def _one_parameter(L: _Language, c: tuple[float, ...]) -> list[str]:
+def _one_parameter(L: Language, c: tuple[float, ...]) -> list[str]:
     return [*_quotient(L, f"{L.number(c[0])} * albedo"), *_bounded(L, _divided(L))]
 
 
-def _two_parameter(L: _Language, c: tuple[float, ...]) -> list[str]:
+def _two_parameter(L: Language, c: tuple[float, ...]) -> list[str]:
     kappa = f"({L.number(c[0])} {L.plus(c[1])} * visibility)"
     return [*_quotient(L, f"{kappa} * albedo"), *_bounded(L, _divided(L))]
 
 
-def _sphere(L: _Language, c: tuple[float, ...]) -> list[str]:
+def _sphere(L: Language, c: tuple[float, ...]) -> list[str]:
     return [L.colour("denominator", f"({L.number(1)} - albedo) + albedo * visibility"), f"return {_divided(L)};"]
 
 
-def _sphere_truncated(L: _Language, c: tuple[float, ...]) -> list[str]:
+def _sphere_truncated(L: Language, c: tuple[float, ...]) -> list[str]:
     (n,) = c
     if n != int(n) or not 1 <= n <= MAX_UNROLLED:
         raise ConfigError(f"n must be an integer from 1 to {MAX_UNROLLED} to be written out, got {n}")
@@ -158,7 +91,7 @@ def _sphere_truncated(L: _Language, c: tuple[float, ...]) -> list[str]:
     return [L.colour("q", f"albedo * ({one} - visibility)"), f"return visibility * ({series});"]
 
 
-_FORMS: dict[str, tuple[str, Callable[[_Language, tuple[float, ...]], list[str]]]] = {
+_FORMS: dict[str, tuple[str, Callable[[Language, tuple[float, ...]], list[str]]]] = {
     "linear_cubic": ("((a V + b) V + c) V with a, b, c linear in the albedo", _linear_cubic),
     "four_parameter": ("V + p V (1 - V) (k0 + k1 V + p (k2 + k3 V))", _four_parameter),
     "one_parameter": ("V / (1 - kappa p (1 - V))", _one_parameter),
@@ -214,13 +147,11 @@ def shader_code(fit: MultibounceFit, language: str = "hlsl") -> str:
         ConfigError: the language is unknown, a coefficient exceeds 32-bit floats, or a sum is too long to be written
             out.
     """
-    if language not in LANGUAGES:
-        raise ConfigError(f"language must be one of {', '.join(LANGUAGES)}, got {language!r}")
-    L = LANGUAGES[language]
+    L = language_of(language)
     formula, write = _FORMS[fit.form]
     body = write(L, fit.numbers)
     lines = _comment(fit, formula, bounded=any("bound" in line for line in body))
     if language == "c":
         lines += ["", "#include <math.h>", ""]
-    lines += [*L.head.split("\n"), *(f"    {line}" for line in body), "}"]
+    lines += [*_HEADS[language].split("\n"), *(f"    {line}" for line in body), "}"]
     return "\n".join(lines) + "\n"
