@@ -14,6 +14,30 @@ def profile(theta_left, theta_right, gamma=0.0):
     return 0.5 * (np.sin(right - gamma) - np.sin(left - gamma))
 
 
+def profile_directions(theta_left, theta_right, gamma=0.0, weighting="cosine"):
+    """Mean direction and second moments of the open directions of the same point, the scene extruded along y.
+
+    A direction is (cos β sin ψ, sin β, cos β cos ψ) with dω = cos β dβ dψ, and ψ runs over the arc: the integrals over
+    β are known, those over ψ are by Gauss-Legendre.
+
+    Returns:
+        (N, 3) and (N, 3, 3): ∫ V ω and ∫ V ω ωᵀ with the factor ⟨N, ω⟩/π = cos β cos(ψ - γ)/π (cosine) or 1/(2π).
+    """
+    left, right, gamma = (np.asarray(angle)[..., None] for angle in (theta_left, theta_right, gamma))
+    left, right = np.maximum(left, gamma - np.pi / 2), np.minimum(right, gamma + np.pi / 2)
+    node, weight = np.polynomial.legendre.leggauss(48)
+    psi = 0.5 * (right + left + (right - left) * node)
+    weight = 0.5 * (right - left) * weight
+    if weighting == "cosine":
+        weight, one, along, across = weight * np.cos(psi - gamma) / np.pi, 4 / 3, np.pi / 8, 3 * np.pi / 8
+    else:
+        weight, one, along, across = weight / (2 * np.pi), np.pi / 2, 2 / 3, 4 / 3
+    plane = np.stack([np.sin(psi), np.zeros_like(psi), np.cos(psi)], axis=-1)
+    second = across * np.einsum("...i,...ij,...ik->...jk", weight, plane, plane)
+    second[..., 1, 1] = along * weight.sum(axis=-1)
+    return one * np.einsum("...i,...ij->...j", weight, plane), second
+
+
 def walls(d_left, d_right, k_left, k_right):
     """Floor point between two vertical walls at distances d and heights k (0 = none): ½ (cos e1 + cos e2)."""
     return 0.5 * (np.cos(np.arctan2(k_left, d_left)) + np.cos(np.arctan2(k_right, d_right)))
@@ -27,6 +51,19 @@ def walls_uniform(d_left, d_right, k_left, k_right):
 def pit(radius, depth):
     """Centre of a circular pit, cosine-weighted: R²/(R² + k²)."""
     return radius**2 / (radius**2 + depth**2)
+
+
+def cone(axis, cosine, weighting="cosine"):
+    """Mean direction and second moments of a cone about the normal, as :func:`profile_directions` has them."""
+    axis = np.asarray(axis, dtype=np.float64)
+    if weighting == "cosine":
+        share, along = 1 - cosine**2, (1 - cosine**4) / 2
+        mean = 2 / 3 * (1 - cosine**3)
+    else:
+        share, along = 1 - cosine, (1 - cosine**3) / 3
+        mean = (1 - cosine**2) / 2
+    outer = np.einsum("...i,...j->...ij", axis, axis)
+    return mean * axis, along * outer + (share - along) / 2 * (np.eye(3) - outer)
 
 
 def pit_uniform(radius, depth):

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from . import harmonics
 from .fields import Field
 
 _CHUNK = 1 << 15
@@ -31,6 +32,19 @@ class Estimate:
 
     visibility: np.ndarray
     standard_error: np.ndarray
+
+
+@dataclass(frozen=True)
+class Directions:
+    """The open directions of each pixel: their mean and their spherical harmonics, each with its standard error.
+
+    ∫ V ω and ∫ V Y_lm over the hemisphere, with the factors ⟨N, ω⟩/π and ⟨N, ω⟩ (cosine) or 1/(2π) and 1 (uniform).
+    """
+
+    mean: np.ndarray
+    mean_error: np.ndarray
+    harmonics: np.ndarray
+    harmonics_error: np.ndarray
 
 
 def visibility(
@@ -56,29 +70,58 @@ def visibility(
     Returns:
         Arrays of shape (N,), or (H, W) if ``pixels`` is None.
     """
-    m = round(np.sqrt(n_rays / _REPLICATES))
-    if _REPLICATES * m * m != n_rays:
-        raise ValueError(f"n_rays must be 4 m², got {n_rays}")
     whole = pixels is None
     where = np.argwhere(np.isfinite(field.view_z)) if whole else np.asarray(pixels)
-    scene = _Surface.of(field, surface)
-    rng = np.random.default_rng(seed)
-    mean, error = np.empty(len(where)), np.empty(len(where))
-    per_chunk = max(1, _CHUNK // n_rays)
-    for start in range(0, len(where), per_chunk):
-        part = where[start : start + per_chunk]
-        normals = field.normal_v[part[:, 0], part[:, 1]]
-        directions = _directions(normals, m, weighting, rng)
-        blocked = scene.blocked(field, np.repeat(part, n_rays, axis=0), directions.reshape(-1, 3), radius)
-        replicate = 1.0 - blocked.reshape(len(part), _REPLICATES, m * m).mean(axis=2)
-        mean[start : start + per_chunk] = replicate.mean(axis=1)
-        error[start : start + per_chunk] = replicate.std(axis=1, ddof=1) / np.sqrt(_REPLICATES)
+    mean, error = _means(field, where, lambda d: np.ones((*d.shape[:-1], 1)), n_rays, radius, surface, weighting, seed)
+    mean, error = mean[:, 0], error[:, 0]
     if not whole:
         return Estimate(mean, error)
     full = Estimate(np.ones(field.view_z.shape), np.zeros(field.view_z.shape))
     full.visibility[where[:, 0], where[:, 1]] = mean
     full.standard_error[where[:, 0], where[:, 1]] = error
     return full
+
+
+def directional(
+    field: Field,
+    pixels,
+    *,
+    n_rays: int = 1024,
+    radius: float = np.inf,
+    surface: str = "linear",
+    weighting: str = "cosine",
+    seed: int = 0,
+) -> Directions:
+    """Mean open direction (N, 3) and nine harmonics (N, 9) of each of ``pixels``; arguments of :func:`visibility`."""
+
+    def values(d):
+        return np.concatenate([d, harmonics.basis(d)], axis=-1)
+
+    mean, error = _means(field, np.asarray(pixels), values, n_rays, radius, surface, weighting, seed)
+    # The integral of the weight over the hemisphere.
+    total = np.pi if weighting == "cosine" else 2 * np.pi
+    return Directions(mean[:, :3], error[:, :3], total * mean[:, 3:], total * error[:, 3:])
+
+
+def _means(field, where, values, n_rays, radius, surface, weighting, seed):
+    """Means of ``values(directions)`` over all rays, blocked ones counting as 0, and their standard errors."""
+    m = round(np.sqrt(n_rays / _REPLICATES))
+    if _REPLICATES * m * m != n_rays:
+        raise ValueError(f"n_rays must be 4 m², got {n_rays}")
+    scene = _Surface.of(field, surface)
+    rng = np.random.default_rng(seed)
+    means, errors = [], []
+    per_chunk = max(1, _CHUNK // n_rays)
+    for start in range(0, len(where), per_chunk):
+        part = where[start : start + per_chunk]
+        normals = field.normal_v[part[:, 0], part[:, 1]]
+        directions = _directions(normals, m, weighting, rng)
+        blocked = scene.blocked(field, np.repeat(part, n_rays, axis=0), directions.reshape(-1, 3), radius)
+        of_rays = values(directions) * ~blocked.reshape(len(part), n_rays, 1)
+        replicate = of_rays.reshape(len(part), _REPLICATES, m * m, -1).mean(axis=2)
+        means.append(replicate.mean(axis=1))
+        errors.append(replicate.std(axis=1, ddof=1) / np.sqrt(_REPLICATES))
+    return np.concatenate(means), np.concatenate(errors)
 
 
 def _directions(normals, m, weighting, rng) -> np.ndarray:
