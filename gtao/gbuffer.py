@@ -2,7 +2,6 @@
 
 from copy import copy
 from functools import cache
-from types import SimpleNamespace
 from typing import Any
 
 import drjit as dr
@@ -13,6 +12,7 @@ from .config import plain
 from .errors import ShapeError
 from .kernels import fetch, normals, pyramid
 from .layers import DepthLayers
+from .surface import NUMBERS, derived_normals, points
 from .tensors import scalar, to_tensor, window
 from .validation import check, check_layers
 
@@ -172,11 +172,8 @@ class GBuffer:
         attached = self._geometry_attached()
         if self._position_v is not None and not attached:
             return self._position_v
-        height, width = self.shape
-        surface, index = self.mask.array, dr.arange(self.types.UInt, width * height)
-        y = index // width
-        P = self._positions()(index - y * width, y, dr.select(surface, self.view_z.array, 1))
-        result = self.types.Tensor(dr.ravel(dr.select(surface, P, 0)), (*self.shape, 3))
+        P = points(self.view_z.array, self.mask.array, self.camera, self.types)
+        result = self.types.Tensor(P, (*self.shape, 3))
         if not attached:
             self._position_v = result
         return result
@@ -225,27 +222,18 @@ class GBuffer:
         """
         return self.normal_v.array if self._given is None else self._given, _rounding(self.types.Float)
 
-    def _positions(self):
-        """Function of texel coordinates and depth to points in the view frame, the camera's numbers kernel inputs."""
-        T, camera = self.types, self.camera
-        inputs = SimpleNamespace(**{name: scalar(getattr(camera, name), T.Float) for name in ("fx", "fy", "cx", "cy")})
-        return lambda x, y, z: type(camera).unproject(inputs, T.Float(x) + 0.5, T.Float(y) + 0.5, z)
-
     def _geometry_attached(self) -> bool:
-        c = self.camera
-        return any(map(dr.grad_enabled, (self.view_z, c.fx, c.fy, c.cx, c.cy)))
+        return dr.grad_enabled(self.view_z, *(getattr(self.camera, name) for name in NUMBERS))
 
     def _normals(self):
         """The tensor of normals, not evaluated yet."""
-        T, (height, width) = self.types, self.shape
+        T = self.types
         if self._from_depth:
-            orthographic = self.camera.is_orthographic
-            n = normals.from_depth(self.view_z.array, self._positions(), width, height, orthographic, T)
+            n = derived_normals(self.view_z.array, self.camera, T)
         else:
-            n = normals.unit(T.Array3(dr.unravel(T.Array3, self._given)), self.mask.array, _rounding(self.types.Float))
-        # Where no pixel has a neighbour they are one vector for all.
-        n += dr.zeros(T.Array3, height * width)
-        return T.Tensor(dr.ravel(n), (height, width, 3))
+            given = T.Array3(dr.unravel(T.Array3, self._given))
+            n = dr.ravel(normals.unit(given, self.mask.array, _rounding(T.Float)))
+        return T.Tensor(n, (*self.shape, 3))
 
     def __repr__(self) -> str:
         height, width = self.shape

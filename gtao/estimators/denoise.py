@@ -10,8 +10,7 @@ from gtao.errors import ConfigError, ShapeError
 from gtao.gbuffer import GBuffer
 from gtao.kernels import filters
 from gtao.results import AmbientOcclusion
-
-from .stages import staged
+from gtao.stages import staged
 
 __all__ = ["denoise"]
 

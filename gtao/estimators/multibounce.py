@@ -9,8 +9,7 @@ from gtao.config import plain
 from gtao.data.multibounce import JIMENEZ2016, MultibounceFit
 from gtao.errors import ConfigError, ShapeError
 from gtao.kernels.multibounce import evaluate
-
-from .stages import staged
+from gtao.stages import staged
 
 __all__ = ["multibounce"]
 

@@ -2,12 +2,10 @@
 
 import drjit as dr
 
-from .apart import apart
-
 __all__ = ["from_depth", "unit"]
 
 
-def from_depth(view_z, position, width, height, orthographic, types):
+def from_depth(own, tapped, position, width, height, orthographic, types):
     """Unit normals that face the camera, from the better one-sided difference per axis (theory, eq. (32)).
 
     Of the differences to the two neighbours along an axis the one is taken whose next neighbour it predicts best
@@ -16,7 +14,9 @@ def from_depth(view_z, position, width, height, orthographic, types):
     and of the triple product of image axes and eye ray, which is negative.
 
     Args:
-        view_z: flat depth, inf on the background.
+        own, tapped: flat depth, inf on the background: for the pixels themselves, and for what is gathered from. With
+            gradients they are two variables, because every change from adding to a gradient to scattering into it would
+            launch a kernel.
         position: function of (x, y, z), texel coordinates as unsigned integers and depth, to an Array3.
 
     Returns:
@@ -27,10 +27,9 @@ def from_depth(view_z, position, width, height, orthographic, types):
     y = index // width
     x = index - y * width
     # Which side is better has no derivative: it is found without, and the adjoint then touches one neighbour per axis.
-    still = dr.detach(view_z)
+    still = dr.detach(own)
     surface = dr.isfinite(still)
     centre = still if orthographic else 1 / still
-    own, tapped = apart(view_z)
     P = position(x, y, dr.select(surface, own, 1))
 
     def neighbour(dx, dy):

@@ -128,6 +128,29 @@ def fused(g, method):
     dr.sync_thread()
 
 
+@pytest.mark.parametrize("numbers", [("fx",), ("fx", "fy", "cx", "cy")])
+@pytest.mark.parametrize("depth", [False, True])
+def test_a_camera_behind_derived_normals_adds_one_large_kernel_to_each_pass(numbers, depth):
+    """However many numbers of it are asked for, the adjoint of the normals is not repeated for each."""
+    z, _ = arrays()
+    values = {"fx": 60.0, "fy": 61.0, "cx": 33.0, "cy": 23.0}
+
+    def once():
+        attached_to = {name: dr.opaque(Float, values[name]) for name in numbers}
+        leaf = type(z)(z)
+        dr.enable_grad(*attached_to.values(), *([leaf] if depth else []))
+        camera = gtao.PerspectiveCamera(z.shape[1], z.shape[0], **(values | attached_to))
+        method = gtao.GTAO(radius=0.5, n_slices=1, n_steps=8)
+        visibility = gtao.ambient_occlusion(gtao.GBuffer(leaf, None, camera, validate=False), method).visibility
+        dr.backward(dr.sum(visibility, axis=None))
+        dr.eval(dr.grad(leaf), *map(dr.grad, attached_to.values()))
+        assert all(dr.grad(value)[0] != 0 for value in attached_to.values())
+
+    counts = kernels(once)
+    # Normals and search, and the adjoint of each.
+    assert len(large(counts)) == 4, counts
+
+
 def test_a_second_step_compiles_nothing():
     """Neither new depths, nor radii."""
     z, n = arrays()

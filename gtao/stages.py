@@ -11,8 +11,8 @@ from typing import Any
 
 import drjit as dr
 
-from gtao.kernels.filters import Image
-from gtao.tensors import scalar
+from .kernels.filters import Image
+from .tensors import scalar
 
 __all__ = ["Stage", "staged"]
 

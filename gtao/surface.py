@@ -1,0 +1,54 @@
+"""Points and normals that depth and camera give: what a frame knows of its surfaces without being told."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import drjit as dr
+
+from .kernels import normals
+from .stages import staged
+from .tensors import scalar
+
+__all__ = ["NUMBERS", "derived_normals", "points"]
+
+#: What the position of a texel depends on beside its depth.
+NUMBERS = ("fx", "fy", "cx", "cy")
+
+
+def _position(camera: Any, numbers: Any, T: Any):
+    """Function of texel coordinates and depth to points in the view frame."""
+    inputs = SimpleNamespace(**dict(zip(NUMBERS, numbers, strict=True)))
+    return lambda x, y, z: type(camera).unproject(inputs, T.Float(x) + 0.5, T.Float(y) + 0.5, z)
+
+
+def _numbers(camera: Any) -> tuple[Any, ...]:
+    return tuple(getattr(camera, name) for name in NUMBERS)
+
+
+def points(view_z: Any, surface: Any, camera: Any, T: Any):
+    """Surface points in the view frame, flat, three numbers per pixel; zero on the background.
+
+    Args:
+        view_z, surface: flat depth, and where there is a surface.
+        T: array types; see :func:`gtao.backend.types_of`.
+    """
+    position = _position(camera, (scalar(value, T.Float) for value in _numbers(camera)), T)
+    index = dr.arange(T.UInt, camera.width * camera.height)
+    y = index // camera.width
+    return dr.ravel(dr.select(surface, position(index - y * camera.width, y, dr.select(surface, view_z, 1)), 0))
+
+
+def derived_normals(view_z: Any, camera: Any, T: Any):
+    """Geometric normals, flat, three numbers per pixel; see :func:`gtao.kernels.normals.from_depth`.
+
+    Their gradients by depth and by all numbers of the camera are one kernel.
+    """
+
+    def stage(images, numbers):
+        (z,), (width, height) = images, (camera.width, camera.height)
+        position = _position(camera, numbers, T)
+        n = normals.from_depth(z.own, z.around, position, width, height, camera.is_orthographic, T)
+        # Where no pixel has a neighbour they are one vector for all.
+        return (dr.ravel(n + dr.zeros(T.Array3, width * height)),)
+
+    return staged(stage, (view_z,), _numbers(camera))[0]
