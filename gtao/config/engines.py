@@ -15,17 +15,12 @@ from .bitmask import VisibilityBitmask
 from .falloff import IndexFalloff, LinearFalloff, NoCut, QuadraticFalloff
 from .filters import EdgeAwareFilter, PlaneAwareFilter, SpatialFilter
 from .gtao import GTAO
+from .levels import LEVELS, Level, counts_of
 from .pipeline import Pipeline
 from .pyramid import DepthPyramid
 from .thickness import ConstantThickness, DepthCut, RunningThickness
 
 __all__ = ["LEVELS", "Level", "bevy", "filament", "filament_bitmask", "hdrp", "threejs", "xegtao"]
-
-Level = Literal["low", "medium", "high", "ultra"]
-
-#: Slices and steps per side of XeGTAO's quality levels, which Bevy shares.
-LEVELS: dict[str, tuple[int, int]] = {"low": (1, 2), "medium": (2, 2), "high": (3, 3), "ultra": (9, 3)}
-
 
 _FILAMENT: dict[str, Any] = {
     "n_slices": 4,
@@ -47,13 +42,6 @@ def _checked(radius: float) -> float:
     return radius
 
 
-def _counts(level: str) -> dict[str, int]:
-    if level not in LEVELS:
-        raise ConfigError(f"level must be one of {', '.join(map(repr, LEVELS))}, got {level!r}")
-    n_slices, n_steps = LEVELS[level]
-    return {"n_slices": n_slices, "n_steps": n_steps}
-
-
 def xegtao(level: Level = "high", radius: float = 0.5) -> Pipeline:
     """XeGTAO (Strugar and Mccalla 2021, version 1.30 of GameTechDev/XeGTAO, archived in 2024).
 
@@ -72,7 +60,7 @@ def xegtao(level: Level = "high", radius: float = 0.5) -> Pipeline:
     occlusion = GTAO(
         radius=radius,
         radius_multiplier=1.457,
-        **_counts(level),
+        **counts_of(level),
         slice_measure="screen",
         step_exponent=2.0,
         step_law="offset",
@@ -184,7 +172,7 @@ def bevy(level: Level = "high", radius: float = 0.7285) -> Pipeline:
     Raises:
         ConfigError: the level does not exist or the radius is not positive.
     """
-    counts, radius = _counts(level), _checked(radius)
+    counts, radius = counts_of(level), _checked(radius)
     occlusion = VisibilityBitmask(
         radius=radius,
         **counts,

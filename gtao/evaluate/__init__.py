@@ -1,20 +1,11 @@
 """How far an image or a sample is from the truth, and whether that can be chance."""
 
+from .bootstrap import block_labels, bootstrap_counts, bootstrap_interval, bootstrap_standard_error
 from .budget import ErrorBudget, error_budget
 from .metrics import bias, corrected_rmse, mae, mse, noise_floor, psnr, rmse
 from .scoring import scores
 from .similarity import dssim, flip, flip_is_installed, ssim, ssim_windows
-from .statistics import (
-    ImageTest,
-    TestResult,
-    block_labels,
-    bootstrap_counts,
-    bootstrap_interval,
-    bootstrap_standard_error,
-    sidak,
-    z_test,
-    z_test_image,
-)
+from .statistics import ImageTest, TestResult, sidak, z_test, z_test_image
 from .strata import STRATA_EDGES, Strata, strata_of, stratify
 
 __all__ = [

@@ -8,7 +8,7 @@ import numpy as np
 
 from gtao.errors import ConfigError, ShapeError
 
-from .statistics import block_labels, bootstrap_counts, bootstrap_standard_error
+from .bootstrap import block_labels, bootstrap_counts, bootstrap_standard_error
 
 __all__ = ["ErrorBudget", "error_budget"]
 
