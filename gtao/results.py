@@ -1,11 +1,13 @@
 """What the estimators return: arrays together with the configuration that made them."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import drjit as dr
 
 from . import display
+from .backend import types_of
+from .planes import PlanarImage, Planes
 from .tensors import window
 
 __all__ = ["AmbientOcclusion"]
@@ -18,15 +20,50 @@ class AmbientOcclusion:
     Attributes:
         visibility: (H, W) tensor, 1 = open, 1 on the background. An unbiased estimate: with few slices single pixels
             of tilted surfaces exceed 1 (others fall short; theory, eq. (17)), so average or denoise before clamping.
-        bent_normal: (H, W, 3) mean unoccluded direction in the view frame, or None.
+        mean_direction: (H, W, 3) mean unoccluded direction in the view frame as it is integrated, or None: with cosine
+            weighting the integral of V(ω) ⟨N, ω⟩ ω over the hemisphere divided by π, of length 2/3 in the open; with
+            uniform weighting that of V(ω) ω divided by 2π, of length 1/2. The more the visible directions spread, the
+            shorter it is beside the visibility. 0 on the background and where nothing is visible. Power, floor and
+            ceiling leave it alone. Of "average_horizon" only its direction means anything.
+        visibility_sh: (H, W, 9) visibility times cosine in real spherical harmonics of bands 0 to 2 in the view frame,
+            or None (docs/conventions: no Condon-Shortley phase); with uniform weighting without the cosine, over the
+            normal's hemisphere. 0 on the background. Power, floor and ceiling leave it alone.
+        normal_v: (H, W, 3) normals of the frame, where there are directions, else None.
         variance: (H, W) variance of the visibility, 0 on the background; from Monte Carlo methods, else None.
         config: the method that made it.
+
+    Directions are kept in planes, one flat array per channel, and become tensors when they are first asked for. Code
+    that runs every frame reads :meth:`planes`.
     """
 
     visibility: Any
-    bent_normal: Any = None
+    mean_direction: Any = PlanarImage()  # noqa: RUF009  (a descriptor)
+    visibility_sh: Any = PlanarImage()  # noqa: RUF009
+    normal_v: Any = None
     variance: Any = None
     config: Any = None
+
+    @property
+    def bent_normal(self):
+        """(H, W, 3) unit mean unoccluded direction in the view frame, or None.
+
+        The normal where nothing is visible (+z without normals), +z on the background.
+        """
+        planes = self.planes("mean_direction")
+        if planes is None:
+            return None
+        B = planes.arrays
+        T = types_of(type(self.visibility))
+        length2 = sum(b * b for b in B)
+        seen = length2 > 0
+        rcp = dr.rsqrt(dr.select(seen, length2, 1))
+        fallback = (0, 0, 1) if self.normal_v is None else dr.unravel(T.Array3, self.normal_v.array)
+        unit = (dr.select(seen, b * rcp, n) for b, n in zip(B, fallback, strict=True))
+        return Planes(tuple(unit), planes.shape).tensor()
+
+    def planes(self, name: str) -> Planes | None:
+        """The channels of "mean_direction" or "visibility_sh" as flat arrays, or None: ``.arrays`` and ``.shape``."""
+        return vars(type(self))[name].planes(self)
 
     def crop(self, x0: int, y0: int, width: int, height: int) -> "AmbientOcclusion":
         """The result in the window whose top left pixel is ``(x0, y0)``, for example within a guard band.
@@ -34,8 +71,10 @@ class AmbientOcclusion:
         Raises:
             ShapeError: the window reaches beyond the frame.
         """
-        images = {name: window(v, x0, y0, width, height) for name, v in vars(self).items() if dr.is_tensor_v(type(v))}
-        return replace(self, **images)
+        images = {name: getattr(self, name) for name in ("visibility", "mean_direction", "visibility_sh", "normal_v")}
+        images["variance"] = self.variance
+        cropped = {name: None if v is None else window(v, x0, y0, width, height) for name, v in images.items()}
+        return AmbientOcclusion(**cropped, config=self.config)
 
     def _repr_png_(self) -> bytes:
         return display.grey_png(self.visibility)

@@ -23,6 +23,7 @@ from .thickness import DepthCut, RunningThickness
 __all__ = ["GTAO", "Weighting"]
 
 Weighting = Literal["cosine", "uniform"]
+BentNormal = bool | Literal["average_horizon"]
 HorizonStart = Literal["nadir", "tangent"]
 
 #: Lowest temperature of soft horizons: differences of cosines are known to about a tenth of it.
@@ -60,6 +61,11 @@ class GTAO(SliceMethod):
             horizon lies below the highest sample by at most 1.04 τ with 8 steps and 1.85 τ with 32 (eq. (92)), so
             that visibility is up to twice that too high: in the mean of four test scenes by 0.016 at τ = 0.1, 0.004 at
             0.03 and 0.0006 at 0.01. An open plane stays exact. None is the maximum itself.
+        bent_normal: also give the mean unoccluded direction of every pixel: its closed form (ATVI-TR-19-01; theory, eq.
+            (98)), or with "average_horizon" the slides' approximation, the directions halfway between the horizons: a
+            baseline off by 18° in the mean, whose length means nothing.
+        directional: also give the visibility of every pixel in spherical harmonics of bands 0 to 2, exact for the
+            horizons that were found (eq. (99)), and the bent normal with it.
         power: the result is raised to this power, which has no physical meaning; 1 leaves it alone.
         floor: smallest result, in [0, 1].
         ceiling: largest result, at least 1; with few slices single pixels exceed 1, and come out right in the mean.
@@ -75,6 +81,8 @@ class GTAO(SliceMethod):
     arccosine: Arccosine = "exact"
     small_radius_fade: bool = False
     soft_horizon: float | None = None
+    bent_normal: BentNormal = False
+    directional: bool = False
     power: float = 1.0
     floor: float = 0.0
     ceiling: float = math.inf
@@ -95,6 +103,7 @@ class GTAO(SliceMethod):
             raise ConfigError("uniform weighting needs no arc cosine; leave arccosine at 'exact'")
         check_flag("small_radius_fade", self.small_radius_fade)
         self._check_soft_horizon()
+        self._check_directions()
         check_positive("power", self.power)
         check_share("floor", self.floor)
         check_ceiling(self.ceiling)
@@ -132,6 +141,13 @@ class GTAO(SliceMethod):
                     f"soft_horizon is a smooth maximum of samples, and {name} makes horizons depend on their order;"
                     " give one or the other"
                 )
+
+    def _check_directions(self) -> None:
+        check_flag("directional", self.directional)
+        if self.bent_normal != "average_horizon" and not isinstance(self.bent_normal, bool):
+            raise ConfigError(f"bent_normal must be True, False or 'average_horizon', got {self.bent_normal!r}")
+        if self.directional and self.bent_normal == "average_horizon":
+            raise ConfigError("directional=True gives the bent normal of the same moments; leave bent_normal out")
 
     @classmethod
     def xegtao(cls, level: str = "high", radius: float = 0.5) -> "GTAO":

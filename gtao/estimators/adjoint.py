@@ -12,7 +12,7 @@ __all__ = ["estimate"]
 
 
 def estimate(job: Job, max_pixels: int | None = None):
-    """The mean over slices, flat, with gradients for whatever input carries any.
+    """What :meth:`gtao.kernels.march.March.mean` gives, with gradients for whatever input carries any.
 
     Args:
         max_pixels: estimate in bands of rows with no more pixels than this, or of one row.

@@ -35,7 +35,7 @@ _MODELS: dict[type, str] = {
 
 
 def bitmask_visibility(g: GBuffer, method: VisibilityBitmask, frame_index: int, max_pixels: int | None):
-    """Flat visibility of :class:`gtao.VisibilityBitmask`, before power and floor.
+    """The flat visibility of :class:`gtao.VisibilityBitmask`, before power and floor.
 
     Raises:
         ConfigError: gradients are asked for, which counting has none, or the measured thickness of a frame without

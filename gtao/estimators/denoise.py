@@ -9,6 +9,7 @@ from gtao.config import EdgeAwareFilter, PlaneAwareFilter, SpatialFilter
 from gtao.errors import ConfigError, ShapeError
 from gtao.gbuffer import GBuffer
 from gtao.kernels import filters
+from gtao.planes import Planes
 from gtao.results import AmbientOcclusion
 from gtao.stages import staged
 
@@ -31,7 +32,7 @@ def denoise(ao: AmbientOcclusion, g: GBuffer, spatial: Any) -> AmbientOcclusion:
     slices. The background stays 1 and is never averaged in. Values are not clamped.
 
     Args:
-        ao: from :func:`gtao.ambient_occlusion`; a bent normal is filtered with the same weights and normalised.
+        ao: from :func:`gtao.ambient_occlusion`; directions are filtered with the same weights.
         g: the frame that ``ao`` was estimated from.
         spatial: a :class:`gtao.EdgeAwareFilter`, :class:`gtao.SpatialFilter` or :class:`gtao.PlaneAwareFilter`.
 
@@ -54,31 +55,25 @@ def denoise(ao: AmbientOcclusion, g: GBuffer, spatial: Any) -> AmbientOcclusion:
             f"the estimate has shape {tuple(ao.visibility.shape)}, the frame {g.shape}; pass its own frame"
         )
     T = g.types
+    images = {name: planes for name in ("mean_direction", "visibility_sh") if (planes := ao.planes(name)) is not None}
     channels: Channels = (T.Float(ao.visibility.array),)
-    if ao.bent_normal is not None:
-        channels += tuple(dr.unravel(T.Array3, T.Float(ao.bent_normal.array)))
-    channels = apply(channels, g, spatial)
-    dr.eval(channels)
-    visibility, *bent = channels
-    bent_normal = T.Tensor(dr.ravel(T.Array3(bent)), (*g.shape, 3)) if bent else None
-    return AmbientOcclusion(visibility=T.Tensor(visibility, g.shape), bent_normal=bent_normal, config=ao.config)
+    for planes in images.values():
+        channels += tuple(map(T.Float, planes.arrays))
+    visibility, *filtered = apply(channels, g, spatial)
+    dr.eval(visibility, filtered)
+    for name, planes in images.items():
+        n = len(planes.arrays)
+        images[name], filtered = Planes(tuple(filtered[:n]), g.shape), filtered[n:]
+    return AmbientOcclusion(visibility=T.Tensor(visibility, g.shape), **images, normal_v=ao.normal_v, config=ao.config)
 
 
 def _one_pass(average: Average, channels: Channels, guides: Channels, numbers: Channels, g: GBuffer) -> Channels:
-    """What ``average`` makes of the channels: visibility 1 on the background, bent normals of unit length."""
+    """What ``average`` makes of the channels: visibility 1 on the background, directions 0."""
     surface, n = g.mask.array, len(channels)
 
     def stage(images, numbers):
-        visibility, *bent = average(images[:n], images[n:], numbers)
-        result = (dr.select(surface, visibility, 1),)
-        if bent:
-            length2 = sum(c * c for c in bent)
-            # Where directions cancel, the one from before stays.
-            ok = surface & (length2 > 0)
-            scale = dr.rsqrt(dr.select(ok, length2, 1))
-            before = (image.own for image in images[1:n])
-            result += tuple(dr.select(ok, c * scale, old) for c, old in zip(bent, before, strict=True))
-        return result
+        visibility, *directions = average(images[:n], images[n:], numbers)
+        return dr.select(surface, visibility, 1), *(dr.select(surface, c, 0) for c in directions)
 
     # One kernel per pass, which reads what the one before wrote.
     dr.eval(channels)

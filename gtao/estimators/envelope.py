@@ -11,6 +11,8 @@ from typing import Any
 
 import drjit as dr
 
+from gtao.kernels.directions import n_sums
+
 from .job import Job
 
 __all__ = ["MAX_UNROLLED", "Banded", "Fused", "Sealed", "Stored", "Through", "fused", "is_fused", "mean_of_bands"]
@@ -43,11 +45,18 @@ def is_fused() -> bool:
 
 
 def mean_of_bands(job: Job, bands: int):
-    mean = dr.empty(job.types.Float, job.n)
+    """The results of a march, band after band."""
+    means = _images(job)
     for band in job.bands(bands):
-        dr.scatter(mean, band.march().mean(band.accumulator), band.lane_index())
-        dr.eval(mean)
-    return mean
+        for whole, part in zip(means, band.march().mean(band.accumulator), strict=True):
+            dr.scatter(whole, part, band.lane_index())
+        dr.eval(means)
+    return means
+
+
+def _images(job: Job):
+    """Arrays for the results of a march."""
+    return tuple(dr.empty(job.types.Float, job.n) for _ in range(n_sums(job.accumulator.order)))
 
 
 @contextmanager
@@ -82,8 +91,8 @@ class _Envelope(dr.CustomOp):
         self.job, self.bands, self.names = sealed.job, sealed.bands, tuple(inputs)
         return self._search()
 
-    def _search(self) -> Any:
-        """The result."""
+    def _search(self) -> tuple[Any, ...]:
+        """The results."""
         raise NotImplementedError
 
     def _parts(self) -> Iterator[tuple[Job, Callable[[Any], Any]]]:
@@ -95,21 +104,22 @@ class _Envelope(dr.CustomOp):
         dr.eval(arrays)
 
     def backward(self):
-        arrays, seed = self._arrays(), self.grad_out()
+        arrays, seeds = self._arrays(), self.grad_out()
         whole = {name: a for name, a in arrays.items() if name == "field"}
         gradients: dict[str, Any] = {}
         with _expanded(dr.width(self.job.field)):
             with dr.resume_grad():
                 dr.enable_grad(whole)
             for part, winners in self._parts():
-                packed = part.packed(self._adjoint(part, winners, part.new(part.own(seed)), arrays, whole))
+                own = tuple(part.new(part.own(seed)) for seed in seeds)
+                packed = part.packed(self._adjoint(part, winners, own, arrays, whole))
                 self._make((packed, dr.grad(whole)))
                 part.collect(gradients, packed)
             gradients |= dr.grad(whole)
         # Dr.Jit goes by the order of the entries.
         self.set_grad_in("inputs", {name: gradients[name] for name in self.names})
 
-    def _adjoint(self, job: Job, winners, seed, arrays: dict[str, Any], whole: dict[str, Any]) -> dict[str, Any]:
+    def _adjoint(self, job: Job, winners, seeds, arrays: dict[str, Any], whole: dict[str, Any]) -> dict[str, Any]:
         """Gradients of the lanes of a part; those of ``whole`` accumulate in its variables."""
 
         def of_slice(i, azimuth):
@@ -117,15 +127,15 @@ class _Envelope(dr.CustomOp):
                 lanes = job.lanes(arrays)
                 dr.enable_grad(lanes)
                 march, accumulator = job.march_of(lanes | whole)
-                value = self._slice(march, accumulator, winners, i, azimuth)
-                dr.backward_from(value * seed)
+                values = self._slice(march, accumulator, winners, i, azimuth)
+                dr.backward_from(sum(v * seed for v, seed in zip(values, seeds, strict=True)))
                 return dr.grad(lanes)
 
         zero = {name: dr.zeros(type(a), job.n) for name, a in job.lanes(arrays).items()}
         return _over_slices(job, of_slice, zero, self.unrolled)
 
     def _slice(self, march, accumulator, winners, i, azimuth):
-        """What a slice adds to the result of a part."""
+        """What a slice adds to the results of a part."""
         return march.replay(accumulator, winners(i), i, azimuth)
 
     def forward(self):
@@ -134,13 +144,14 @@ class _Envelope(dr.CustomOp):
         if len(parts) == 1:
             self.set_grad_out(parts[0][1])
             return
-        result = dr.empty(self.job.types.Float, self.job.n)
-        for part, tangent in parts:
-            dr.scatter(result, tangent, part.lane_index())
-        self.set_grad_out(result)
+        results = _images(self.job)
+        for part, tangents in parts:
+            for whole, tangent in zip(results, tangents, strict=True):
+                dr.scatter(whole, tangent, part.lane_index())
+        self.set_grad_out(results)
 
     def _tangent(self, job: Job, winners, arrays: dict[str, Any], tangents: dict[str, Any]):
-        """Change of a part of the result."""
+        """Changes of a part of the results."""
         field = {name: a for name, a in tangents.items() if name == "field"}
 
         def of_slice(i, azimuth):
@@ -149,12 +160,13 @@ class _Envelope(dr.CustomOp):
                 dr.enable_grad(lanes)
                 dr.set_grad(lanes, job.lanes(tangents) | field)
                 march, accumulator = job.march_of(lanes)
-                value = self._slice(march, accumulator, winners, i, azimuth)
+                values = self._slice(march, accumulator, winners, i, azimuth)
                 dr.enqueue(dr.ADMode.Forward, *lanes.values())
                 dr.traverse(dr.ADMode.Forward)
-                return {"value": dr.grad(value)}
+                return {str(k): dr.grad(value) for k, value in enumerate(values)}
 
-        return _over_slices(job, of_slice, {"value": dr.zeros(job.types.Float, job.n)}, self.unrolled)["value"]
+        zero = {str(k): dr.zeros(job.types.Float, job.n) for k in range(n_sums(job.accumulator.order))}
+        return tuple(_over_slices(job, of_slice, zero, self.unrolled).values())
 
     def _arrays(self) -> dict[str, Any]:
         """The inputs as variables of their own."""
@@ -169,9 +181,9 @@ class Stored(_Envelope):
     """One launch for the search, which stores the winners, and one for the gradients, whatever happens in between."""
 
     def _search(self):
-        value, self.winners = self.job.march().search(self.job.accumulator)
-        dr.eval(value, self.winners)
-        return value
+        values, self.winners = self.job.march().search(self.job.accumulator)
+        dr.eval(values, self.winners)
+        return values
 
     def _parts(self):
         yield self.job, lambda i: self.job.march().stored(self.winners, i, self.job.accumulator)
@@ -181,8 +193,8 @@ class Fused(_Envelope):
     """Everything in one launch, if nothing is evaluated in between."""
 
     def _search(self):
-        value, self.winners = self.job.march().search_straight(self.job.accumulator)
-        return value
+        values, self.winners = self.job.march().search_straight(self.job.accumulator)
+        return values
 
     def _parts(self):
         yield self.job, lambda i: self.winners[i]
@@ -215,9 +227,9 @@ class Through(_Envelope):
     def _search(self):
         if self.bands is not None:
             return mean_of_bands(self.job, self.bands)
-        value = self.job.march().mean(self.job.accumulator)
-        dr.eval(value)
-        return value
+        values = self.job.march().mean(self.job.accumulator)
+        dr.eval(values)
+        return values
 
     def _parts(self):
         for part in (self.job,) if self.bands is None else self.job.bands(self.bands):

@@ -12,7 +12,7 @@ __all__ = ["hbao_visibility"]
 
 
 def hbao_visibility(g: GBuffer, method: HBAO, frame_index: int, max_pixels: int | None):
-    """Flat visibility of :class:`gtao.HBAO`."""
+    """The flat visibility of :class:`gtao.HBAO`."""
     radius = method.search_radius
     limited = not math.isinf(plain(radius))
     accumulator = TangentToHorizon(

@@ -33,7 +33,7 @@ def march_truth(g: GBuffer, method: HeightfieldRayMarch, frame_index: int):
     visibility, variance = ray_march.visibility(*_arguments(g, method, switches, frame_index))
     # Read one after the other, each would march all rays.
     dr.eval(visibility, variance)
-    return visibility, variance
+    return (visibility,), variance
 
 
 def horizon_truth(g: GBuffer, method: HeightfieldHorizon, frame_index: int):
@@ -49,7 +49,7 @@ def horizon_truth(g: GBuffer, method: HeightfieldHorizon, frame_index: int):
         weighting=method.weighting,
         unlimited=math.isinf(plain(method.radius)),
     )
-    return dense_horizon.visibility(*_arguments(g, method, switches, frame_index))
+    return (dense_horizon.visibility(*_arguments(g, method, switches, frame_index)),)
 
 
 def _arguments(g: GBuffer, method: Any, switches: Any, frame_index: int):

@@ -27,14 +27,20 @@ __all__ = ["horizon_visibility"]
 
 
 def horizon_visibility(g: GBuffer, method: GTAO, frame_index: int, max_pixels: int | None):
-    """Flat visibility of :class:`gtao.GTAO`, before power and floor."""
+    """What the march of :class:`gtao.GTAO` gives, before power and floor."""
     radius = min(method.search_radius, getattr(method.falloff, "end", math.inf))
     exact = method.falloff is None and not math.isinf(plain(radius))
     accumulator = _sphere_cut(g, method, radius) if exact else _horizon(g, method)
     if method.soft_horizon is not None:
         accumulator = softened(accumulator, opaque(g, method.soft_horizon))
-    flat = march_frame(g, method, accumulator, radius, frame_index, max_pixels)
-    return _faded(g, method, flat) if method.small_radius_fade else flat
+    flat, *directions = march_frame(g, method, accumulator, radius, frame_index, max_pixels)
+    return _faded(g, method, flat) if method.small_radius_fade else flat, *directions
+
+
+def _moments(method: GTAO) -> dict[str, Any]:
+    """The accumulators' options about moments."""
+    order = 2 if method.directional else 1 if method.bent_normal else 0
+    return {"order": order, "bent_normal": "average_horizon" if method.bent_normal == "average_horizon" else "exact"}
 
 
 def _on(share: Any) -> bool:
@@ -52,6 +58,7 @@ def _faded(g: GBuffer, method: GTAO, flat):
 def _sphere_cut(g: GBuffer, method: GTAO, radius: Any) -> SphereCut:
     return SphereCut(
         weighting=method.weighting,
+        **_moments(method),
         orthographic=g.camera.is_orthographic,
         blended=_on(method.length_blend),
         arccosine=method.arccosine,
@@ -87,6 +94,7 @@ def _horizon(g: GBuffer, method: GTAO) -> Horizon:
     }
     return Horizon(
         weighting=method.weighting,
+        **_moments(method),
         falloff=kind,
         toward=toward,
         from_tangent=method.horizon_start == "tangent" or not moved,

@@ -11,6 +11,7 @@ from gtao.config import GTAO, HBAO, HeightfieldHorizon, HeightfieldRayMarch, Vis
 from gtao.errors import ConfigError
 from gtao.gbuffer import GBuffer
 from gtao.kernels.shaping import shape
+from gtao.planes import Planes
 from gtao.results import AmbientOcclusion
 
 from .attached import is_attached
@@ -22,7 +23,8 @@ from .marching import opaque
 
 __all__ = ["ambient_occlusion"]
 
-# What makes the flat visibility of each method, of Monte Carlo methods with its variance.
+# What makes the flat visibility of each method, and the directions it was asked for; of Monte Carlo methods with the
+# variance of the visibility.
 _METHODS: dict[type, Callable[..., Any]] = {
     GTAO: horizon_visibility,
     HBAO: hbao_visibility,
@@ -33,6 +35,10 @@ _MONTE_CARLO: dict[type, Callable[..., tuple[Any, Any]]] = {HeightfieldRayMarch:
 
 # What :func:`gtao.kernels.shaping.shape` does to the results of methods that have these options.
 _SHAPING = {"power": 1.0, "floor": 0.0, "ceiling": math.inf}
+
+
+# Normalisation of the real spherical harmonics of bands 0 and 1.
+_Y0, _Y1 = math.sqrt(1 / math.pi) / 2, math.sqrt(3 / math.pi) / 2
 
 
 def ambient_occlusion(
@@ -49,8 +55,9 @@ def ambient_occlusion(
             Not for the ground truths.
 
     Returns:
-        The visibility as an (H, W) tensor in the precision of ``g``, lazily evaluated in one kernel; from Monte Carlo
-        methods with its variance, both evaluated; evaluated as well if anything carries gradients or in bands.
+        The visibility as an (H, W) tensor in the precision of ``g`` and the directions that the method was asked for,
+        lazily evaluated in one kernel; from Monte Carlo methods with its variance, all evaluated; evaluated as well if
+        anything carries gradients or in bands.
 
     Gradients flow to depth, normals, numbers of the camera and continuous options, in reverse and in forward mode, if
     they were enabled before the frame was made. They are those of the samples that define the horizons (theory, eq.
@@ -77,14 +84,36 @@ def ambient_occlusion(
         raise ConfigError(f"{type(method).__name__} estimates whole frames: leave max_pixels out")
     variance = None
     if type(method) in _MONTE_CARLO:
-        flat, variance = _MONTE_CARLO[type(method)](g, method, frame_index)
+        (flat, *directions), variance = _MONTE_CARLO[type(method)](g, method, frame_index)
         variance = g.types.Tensor(variance, g.shape)
     elif type(method) in _TRUTHS:
-        flat = _TRUTHS[type(method)](g, method, frame_index)
+        flat, *directions = _TRUTHS[type(method)](g, method, frame_index)
     else:
-        flat = _METHODS[type(method)](g, method, frame_index, max_pixels)
+        flat, *directions = _METHODS[type(method)](g, method, frame_index, max_pixels)
+    mean_direction, visibility_sh = _directions(flat, directions, g, method)
     shaped = tuple(getattr(method, name, default) for name, default in _SHAPING.items())
     if any(map(is_attached, shaped)) or shaped != tuple(_SHAPING.values()):
         # The background stays 1, whatever derivative an option has.
         flat = dr.select(g.mask.array, shape(flat, *(opaque(g, value) for value in shaped)), 1)
-    return AmbientOcclusion(visibility=g.types.Tensor(flat, g.shape), variance=variance, config=method)
+    return AmbientOcclusion(
+        visibility=g.types.Tensor(flat, g.shape),
+        mean_direction=mean_direction,
+        visibility_sh=visibility_sh,
+        normal_v=g.normal_v if directions else None,
+        variance=variance,
+        config=method,
+    )
+
+
+def _directions(flat: Any, directions: Any, g: GBuffer, method: Any) -> tuple[Planes | None, Planes | None]:
+    """Mean direction and harmonics from what :meth:`gtao.kernels.march.March.mean` returns."""
+    if not directions:
+        return None, None
+    B, band2 = tuple(directions[:3]), directions[3:]
+    if not band2:
+        return Planes(B, g.shape), None
+    # Means over slices are integrals over π, or 2π.
+    unit = math.pi if method.weighting == "cosine" else 2 * math.pi
+    band0 = dr.select(g.mask.array, flat * (unit * _Y0), 0)
+    x, y, z = (b * (unit * _Y1) for b in B)
+    return Planes(B, g.shape), Planes((band0, y, z, x, *(b * unit for b in band2)), g.shape)

@@ -106,7 +106,7 @@ def cosine_arc(nV, nT, c0, c1):
     """
     attached = any(map(dr.grad_enabled, (nV, nT, c0, c1)))
     with dr.suspend_grad():
-        (k0, q0), (k1, q1) = _segment(c0), _segment(c1)
+        (k0, q0), (k1, q1) = segment(c0), segment(c1)
         by_nV, by_nT = 0.5 * (q0 + q1), 0.5 * (k1 - k0)
         value = dr.fma(nV, by_nV, nT * by_nT)
         if not attached:
@@ -125,14 +125,14 @@ def tangent_arc(nV, nT, sine):
     """
     attached = dr.grad_enabled(nV) or dr.grad_enabled(nT)
     with dr.suspend_grad():
-        k, by_nV = _segment(sine)
+        k, by_nV = segment(sine)
         by_nT = 0.5 * math.pi - k
         value = dr.fma(nV, by_nV, nT * by_nT)
     # By γ it has no derivative.
     return dr.replace_grad(value, by_nV * nV + by_nT * nT) if attached else value
 
 
-def _segment(c):
+def segment(c):
     """h - s c and s² of c = cos h, s = sin h, with c limited to [-1, 1].
 
     Twice the area of the circle's segment over an angle of 2 h. High horizons make the two terms cancel but for h³,

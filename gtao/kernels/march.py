@@ -2,10 +2,12 @@
 
 What a method makes of the samples is an accumulator (:mod:`gtao.kernels.accumulators`), with three functions:
 ``begin(sl)`` gives the state of a slice, ``add(state, side, sample, sl)`` the state after one more sample of side 0
-(toward -T) or 1 (toward +T), samples coming outward; ``finish(state, sl)`` the slice's value. One whose ``add`` is long
-names the steps worth unrolling in ``max_unrolled``. One whose slice value only depends on the samples that attain
-extrema names their number per side in ``n_extrema`` and gives the extrema so far by ``extrema(state, side)``; such a
-march can be searched without gradients and replayed with them (:mod:`gtao.kernels.winners`).
+(toward -T) or 1 (toward +T), samples coming outward; ``finish(state, sl)`` the slice's values: its share of visibility,
+with ``order`` 1 the two first moments of the visible directions, with ``order`` 2 two second ones as well. One whose
+``add`` is long names the steps worth unrolling in ``max_unrolled``. One whose slice values only depend on the samples
+that attain extrema names their number per side in ``n_extrema`` and gives the extrema so far by
+``extrema(state, side)``; such a march can be searched without gradients and replayed with them
+(:mod:`gtao.kernels.winners`).
 
 Slices run in a symbolic loop that carries the direction and turns it by a constant angle, steps are unrolled inside:
 of the formulations measured this compiles fastest and runs within a few percent of hand-written vector code.
@@ -17,7 +19,7 @@ from typing import Any
 
 import drjit as dr
 
-from . import fetch, hbao, noise, reach, slices, steps
+from . import directions, fetch, hbao, noise, reach, slices, steps
 from .march_types import Pixel, Scalars, Slice, Switches
 from .sampler import Sampler
 from .shaded_point import shaded_point
@@ -106,12 +108,16 @@ class March:
         )
 
     def mean(self, accumulator):
-        """The mean over slices of what ``accumulator`` makes of each, 1 on the background."""
+        """The means over slices of what ``accumulator`` makes of each, in the view frame.
 
-        def body(i, total, c, q, off):
-            return i + 1, total + self._value(accumulator, self._slice(i, c, q, off)), *self.next_azimuth(c, q, off)
+        The share of visibility, 1 on the background; with ``order`` 1 the three components of the mean direction, with
+        ``order`` 2 five harmonics of band 2 as well (:func:`gtao.kernels.directions.in_view_frame`), 0 there.
+        """
 
-        return self._closed(self._loop(body))
+        def body(i, totals, c, q, off):
+            return i + 1, _sum(totals, self._summands(accumulator, i, c, q, off)), *self.next_azimuth(c, q, off)
+
+        return self._closed(self._loop(accumulator, body))
 
     def search(self, accumulator):
         """:meth:`mean`, and the packed numbers of the winning steps: one word after the other, of slice after slice."""
@@ -121,24 +127,24 @@ class March:
         Word = packing.word_type(self.types.UInt)
         winners = dr.empty(Word, self.n * self.k.n_slices * packing.n_words)
 
-        def body(i, total, c, q, off):
-            value, words = self._value(tracked, self._slice(i, c, q, off))
+        def body(i, totals, c, q, off):
+            summands, words = self._tracked(tracked, i, c, q, off)
             for place, word in zip(self._places(packing, i, lane), words, strict=True):
                 dr.scatter(winners, Word(word), place)
-            return i + 1, total + value, *self.next_azimuth(c, q, off)
+            return i + 1, _sum(totals, summands), *self.next_azimuth(c, q, off)
 
-        return self._closed(self._loop(body)), winners
+        return self._closed(self._loop(accumulator, body)), winners
 
     def search_straight(self, accumulator):
         """:meth:`mean` in straight code, and the packed numbers of the winning steps, words of slice after slice."""
         packing = Packing(self.k.n_steps, accumulator.n_extrema)
         tracked = Tracked(accumulator, packing, self.types.UInt)
-        azimuth, total, winners = self.first_azimuth(), 0, []
+        azimuth, totals, winners = self.first_azimuth(), (0,) * directions.n_sums(accumulator.order), []
         for i in range(self.k.n_slices):
-            value, words = self._value(tracked, self._slice(i, *azimuth))
-            total, azimuth = total + value, self.next_azimuth(*azimuth)
+            summands, words = self._tracked(tracked, i, *azimuth)
+            totals, azimuth = _sum(totals, summands), self.next_azimuth(*azimuth)
             winners.append(words)
-        return self._closed(total), winners
+        return self._closed(totals), winners
 
     def stored(self, winners, i, accumulator):
         """The words of slice ``i`` in the second result of :meth:`search`."""
@@ -155,30 +161,50 @@ class March:
             azimuth: cosine, sine and step offset of the slice, see :meth:`first_azimuth`.
         """
         numbers = Packing(self.k.n_steps, accumulator.n_extrema).unpack(words)
-        return self._share(self._replayed(accumulator, self._slice(i, *azimuth), numbers))
+        sl = self._slice(i, *azimuth)
+        return self._share(self._directed(self._replayed(accumulator, sl, numbers), sl))
 
     def through(self, accumulator, i, azimuth):
         """What slice ``i`` adds to :meth:`mean`, from all its samples."""
-        return self._share(self._value(accumulator, self._slice(i, *azimuth)))
+        return self._share(self._summands(accumulator, i, *azimuth))
 
-    def _share(self, value):
-        """What a slice adds to the mean, whose sum is 0 on the background."""
-        return dr.select(self.surface, value * (1 / self.k.n_slices), 0)
+    def _summands(self, accumulator, i, c, q, off):
+        """What slice ``i`` adds to the sums of :mod:`gtao.kernels.directions`."""
+        sl = self._slice(i, c, q, off)
+        return self._directed(self._value(accumulator, sl), sl)
 
-    def _closed(self, total):
-        return dr.select(self.surface, total * (1 / self.k.n_slices), 1)
+    def _tracked(self, tracked, i, c, q, off):
+        """The same, and the packed numbers of the winning steps."""
+        sl = self._slice(i, c, q, off)
+        values, words = self._value(tracked, sl)
+        return self._directed(values, sl), words
+
+    def _directed(self, values, sl):
+        return values if len(values) == 1 else directions.summands(values, *self.slice_frame.azimuth(*sl.azimuth))
+
+    def _share(self, summands):
+        """What a slice adds to the means, whose sums are 0 on the background."""
+        return tuple(dr.select(self.surface, v, 0) for v in self._means(summands))
+
+    def _closed(self, totals):
+        visibility, *others = self._means(totals)
+        return dr.select(self.surface, visibility, 1), *(dr.select(self.surface, v, 0) for v in others)
+
+    def _means(self, totals):
+        return directions.in_view_frame(tuple(total * (1 / self.k.n_slices) for total in totals), self.pixel.V)
 
     def _places(self, packing, i, lane):
         """Where the words of slice ``i`` are."""
         return [(i * packing.n_words + word) * self.n + lane for word in range(packing.n_words)]
 
-    def _loop(self, body):
-        """The sum over slices that ``body(i, total, c, q, off)`` adds up."""
+    def _loop(self, accumulator, body):
+        """The sums over slices that ``body(i, totals, c, q, off)`` adds up."""
         UInt, k = self.types.UInt, self.k
-        start = (UInt(0), dr.zeros(self.types.Float, self.n), *self.first_azimuth())
-        # A sum over slices: reverse mode may replay each on its own.
-        _, total, *_ = dr.while_loop(start, lambda i, *_: i < k.n_slices, body, label="slices", max_iterations=-1)
-        return total
+        zero = tuple(dr.zeros(self.types.Float, self.n) for _ in range(directions.n_sums(accumulator.order)))
+        start = (UInt(0), zero, *self.first_azimuth())
+        # Sums over slices: reverse mode may replay each on its own.
+        _, totals, *_ = dr.while_loop(start, lambda i, *_: i < k.n_slices, body, label="slices", max_iterations=-1)
+        return totals
 
     def first_azimuth(self):
         """Cosine and sine of the first slice's azimuth and its step offset."""
@@ -206,7 +232,7 @@ class March:
         direction, length = reach.direction(k, s, ux, uy)
         lengths = reach.reaches(k, s, self.slice_frame, self.extent, (c, q), length, direction, pixel.x, pixel.y)
         sides = tuple(reach.Side.of(length, s.min_step_px, k.step_law) for length in lengths)
-        return Slice(pixel, i, pixel.nV, nT, start, direction, sides, off)
+        return Slice(pixel, i, (c, q), pixel.nV, nT, start, direction, sides, off)
 
     def _value(self, accumulator, sl: Slice):
         """What ``accumulator`` makes of all samples of a slice."""
@@ -240,3 +266,7 @@ class March:
         for (side, _, found), sample in zip(places, self.sampler.read(sl, places), strict=True):
             state = dr.select(found, accumulator.add(state, side, sample, sl), state)
         return accumulator.finish(state, sl)
+
+
+def _sum(totals, summands):
+    return tuple(a + b for a, b in zip(totals, summands, strict=True))

@@ -93,10 +93,11 @@ class Pixel:
 
 @dataclass(frozen=True)
 class Slice:
-    """One slice of a pixel: its number, the normal in it, the tangent plane's cosines, where its samples lie."""
+    """One slice of a pixel: its number, azimuth, normal, the tangent plane's cosines, where its samples lie."""
 
     pixel: Pixel
     index: Any
+    azimuth: tuple[Any, Any]  # (cos, sin) as the slice measure counts
     nV: Any
     nT: Any
     start: tuple[Any, Any]

@@ -58,6 +58,10 @@ class SliceFrame:
     def _d(self, c, s):
         return dr.fma(c, self.V[0], s * self.V[1])
 
+    def azimuth(self, c, s):
+        """(cos, sin) of the azimuth about V whose tangent this is."""
+        return c, s
+
     def normal_and_direction(self, c, s):
         """⟨N, T⟩ and the direction to march in, in units of the image plane at distance 1 (x right, y up).
 
@@ -117,6 +121,12 @@ class ScreenFrame:
 
     def _d(self, c, s):
         return dr.fma(c, self.V[0], s * self.V[1])
+
+    def azimuth(self, c, s):
+        """(cos, sin) of the azimuth about V of the slice along an image direction; see :class:`SliceFrame`."""
+        Tx, Ty, Tz = self.tangent(c, s)
+        turn = Tz / (1 + self.V[2])
+        return dr.fma(-turn, self.V[0], Tx), dr.fma(-turn, self.V[1], Ty)
 
     def normal_and_direction(self, c, s):
         d = self._d(c, s)

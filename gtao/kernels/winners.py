@@ -75,6 +75,10 @@ class Tracked:
     packing: Packing
     UInt: Any
 
+    @property
+    def order(self):
+        return self.inner.order
+
     def begin(self, sl):
         none = self.UInt(self.packing.n_steps)
         return self.inner.begin(sl), (none,) * (2 * self.packing.n_extrema)

@@ -1,45 +1,56 @@
-"""The open arc of a slice between two horizon cosines, in the weighting of the method."""
+"""What a slice with horizons amounts to, in the weighting of the method."""
 
 import math
 
 import drjit as dr
 
-from gtao.kernels import arcs
+from gtao.kernels import arcs, moments
+from gtao.kernels.visible_arc import visible_arc
 
-__all__ = ["blended_length", "full_arc", "open_arc"]
+__all__ = ["blended_length", "slice_values"]
 
 
-def open_arc(weighting, nV, nT, c0, c1, arccosine="exact", *, clamped=False):
-    """|n_p| â ("cosine") or half the arc's share of solid angle ("uniform"); their means are theory, eq. (10).
+def slice_values(method, sl, upper, lower=None, start=None, *, clamped=False):
+    """The share of the open arcs and the moments of their directions; their means are theory, eqs. (10) and (98).
 
     Args:
-        weighting: "cosine" or "uniform".
-        c0, c1: horizon cosines of the sides -T and +T.
-        arccosine: how angles are found, see :func:`gtao.kernels.arcs.fast_acos`.
+        method: accumulator with ``weighting``, ``order``, ``bent_normal`` and ``arccosine``.
+        upper, lower, start: see :func:`gtao.kernels.visible_arc.visible_arc`.
         clamped: limit approximate angles to the hemisphere about the approximate normal.
     """
-    if weighting == "uniform":
-        return 0.5 * arcs.uniform_arc(c0, c1)
-    if arccosine == "exact":
-        return arcs.cosine_arc(nV, nT, c0, c1)
+    nV, nT, order = sl.nV, sl.nT, method.order
+    averaged = method.bent_normal == "average_horizon"
+    if averaged:
+        order = 0
+    if method.arccosine == "exact":
+        values = visible_arc(method.weighting, order, nV, nT, upper, lower, start)
+    else:
+        values = _approximate(nV, nT, order, upper, method.arccosine, clamped)
+        if lower is not None:
+            gap, full = (_approximate(nV, nT, order, c, method.arccosine, clamped) for c in (lower, start))
+            values = tuple(f - g + v for f, g, v in zip(full, gap, values, strict=True))
+    return (*values, *moments.mean_horizon(*upper)) if averaged else values
+
+
+def _approximate(nV, nT, order, cosines, arccosine, clamped):
+    """The cosine-weighted arc between two horizons as engines compute it, from approximate angles."""
     gamma = arcs.normal_angle(nV, nT, arccosine)
-    h0, h1 = -arcs.fast_acos(c0, arccosine), arcs.fast_acos(c1, arccosine)
+    h0, h1 = -arcs.fast_acos(cosines[0], arccosine), arcs.fast_acos(cosines[1], arccosine)
     if clamped:
         low, high = gamma - math.pi / 2, gamma + math.pi / 2
         h0, h1 = dr.select(h0 > low, h0, low), dr.select(h1 < high, h1, high)
-    return arcs.cosine_arc_from_angles(nV, nT, gamma, h0, h1)
+    values = (arcs.cosine_arc_from_angles(nV, nT, gamma, h0, h1),)
+    if not order:
+        return values
+    length, (sine, cosine) = dr.sqrt(dr.fma(nV, nV, nT * nT)), dr.sincos(gamma)
+    normal = length * cosine, length * sine
+    for moment in (moments.first, moments.second)[:order]:
+        values += moment(*normal, dr.cos(h0), dr.cos(h1))[:2]
+    return values
 
 
-def full_arc(weighting, nV, nT, start, arccosine="exact"):
-    """:func:`open_arc` of a slice with nothing in it: its horizons are the tangent plane's cosines ``start``."""
-    if weighting == "uniform":
-        return 1
-    if arccosine == "exact":
-        return arcs.tangent_arc(nV, nT, start[0])
-    return open_arc(weighting, nV, nT, *start, arccosine)
-
-
-def blended_length(value, sl, blend):
-    """A cosine-weighted slice value with |n_p| moved to 1 by the share ``blend``, as shaders do to fight darkening."""
+def blended_length(values, sl, blend):
+    """Cosine-weighted slice values with |n_p| moved to 1 by the share ``blend``, as shaders do to fight darkening."""
     rcp_length = dr.rsqrt(dr.fma(sl.nT, sl.nT, sl.nV * sl.nV))
-    return value * dr.fma(blend, rcp_length - 1, 1)
+    factor = dr.fma(blend, rcp_length - 1, 1)
+    return tuple(value * factor for value in values)

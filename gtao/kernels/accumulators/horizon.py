@@ -7,7 +7,7 @@ import drjit as dr
 
 from gtao.kernels import arcs, horizon, thickness
 
-from ._arc import blended_length, open_arc
+from ._arc import blended_length, slice_values
 from ._sides import with_side
 
 __all__ = ["Horizon"]
@@ -19,6 +19,8 @@ class Horizon:
 
     Attributes:
         weighting: "cosine" or "uniform".
+        order: of the moments of the visible directions, 0 to 2.
+        bent_normal: "exact", or "average_horizon" for the directions halfway between horizons in place of moments.
         falloff: "none", "linear", "quadratic", "index" (by the number of the step) or "sample" (a hard cut of samples
             at ``reach``).
         toward: cosine at weight 0, "tangent", "nadir" or the "horizon" before the sample.
@@ -36,6 +38,8 @@ class Horizon:
     """
 
     weighting: str
+    order: int
+    bent_normal: str
     falloff: str
     toward: str
     from_tangent: bool
@@ -120,5 +124,5 @@ class Horizon:
             if self._clamped and self.arccosine == "exact":
                 c = dr.select(c > start, c, start)
             seen.append(dr.select(inside, c, start))
-        value = open_arc(self.weighting, sl.nV, sl.nT, *seen, self.arccosine, clamped=self._clamped)
-        return blended_length(value, sl, self.blend) if self.blended else value
+        values = slice_values(self, sl, seen, clamped=self._clamped)
+        return blended_length(values, sl, self.blend) if self.blended else values

@@ -56,6 +56,8 @@ class Sectors:
     size: tuple[int, int]
     types: Any
 
+    order = 0
+
     @property
     def max_unrolled(self):
         """Every layer of a sample has an arc of its own; unrolled 24 times, two layers take seconds to compile."""
@@ -95,7 +97,7 @@ class Sectors:
         none = self.types.UInt(0)
         words = zip(*(masks for masks, _ in sides), strict=True)
         closed = [dr.select(sl.inside[0], a, none) | dr.select(sl.inside[1], b, none) for a, b in words]
-        return weight * bitmask.visible_share(closed, self.n_sectors, self.types.Float)
+        return (weight * bitmask.visible_share(closed, self.n_sectors, self.types.Float),)
 
     def _own(self, start, pixel):
         """What the shaded point is to the first sample: its own matter begins at the tangent plane."""

@@ -7,7 +7,7 @@ import drjit as dr
 
 from gtao.kernels import horizon, slices
 
-from ._arc import blended_length, full_arc, open_arc
+from ._arc import blended_length, slice_values
 from ._sides import with_side
 
 __all__ = ["SphereCut"]
@@ -27,6 +27,8 @@ class SphereCut:
     """
 
     weighting: str
+    order: int
+    bent_normal: str
     orthographic: bool
     blended: bool
     arccosine: str
@@ -53,11 +55,10 @@ class SphereCut:
         return with_side(state, side, mine)
 
     def finish(self, state, sl):
-        (c0, end0), (c1, end1) = (self._seen(*of_side) for of_side in zip(state, sl.start, sl.inside, strict=True))
-        arc = (self.weighting, sl.nV, sl.nT)
-        value = full_arc(*arc, sl.start, self.arccosine) - open_arc(*arc, end0, end1, self.arccosine)
-        value = value + open_arc(*arc, c0, c1, self.arccosine)
-        return blended_length(value, sl, self.blend) if self.blended else value
+        seen = (self._seen(*of_side) for of_side in zip(state, sl.start, sl.inside, strict=True))
+        upper, lower = zip(*seen, strict=True)
+        values = slice_values(self, sl, upper, lower, sl.start)
+        return blended_length(values, sl, self.blend) if self.blended else values
 
     def _seen(self, state, start, inside):
         """Upper and lower end of a side's blocked arc, both within the hemisphere."""

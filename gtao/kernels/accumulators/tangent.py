@@ -27,6 +27,8 @@ class TangentToHorizon:
     radius2: Any
     rcp_radius: Any
 
+    order = 0
+
     @property
     def n_extrema(self):
         """One where the horizon alone decides, none where every rise of it counts by its own distance."""
@@ -52,4 +54,4 @@ class TangentToHorizon:
             if self.attenuation == "horizon":
                 blocked = (h - t) * blocked
             total = total + dr.select(inside, blocked, 0)
-        return dr.fma(total, -0.5, 1)
+        return (dr.fma(total, -0.5, 1),)
