@@ -1,4 +1,5 @@
-"""Files: G-buffers as EXR, records and coefficients as JSON, transport images, shader code.
+"""Files: G-buffers as EXR, records and coefficients as JSON, transport images, packed directions,
+shader code.
 
 Everything is written whole or not at all, and what cannot be read is refused in one line.
 """
@@ -8,6 +9,12 @@ from .atomic import ensure_writable as ensure_writable
 from .atomic import write_text as write_text
 from .cache import TransportCache as TransportCache
 from .cache import default_cache_directory as default_cache_directory
+from .codecs import PACKINGS as PACKINGS
+from .codecs import Packing as Packing
+from .directions import Directions as Directions
+from .directions import direction_channels as direction_channels
+from .directions import direction_manifest as direction_manifest
+from .directions import read_directions as read_directions
 from .exr import read_gbuffer as read_gbuffer
 from .exr import write_gbuffer as write_gbuffer
 from .fits import fit_from_dict as fit_from_dict
@@ -26,6 +33,14 @@ from .origin import portable as portable
 from .origin import provenance as provenance
 from .origin import sha256_file as sha256_file
 from .origin import versions as versions
+from .packed_files import packed_suffix as packed_suffix
+from .packed_files import read_packed as read_packed
+from .packed_files import write_packed as write_packed
+from .packing import PackingErrors as PackingErrors
+from .packing import pack as pack
+from .packing import packing_errors as packing_errors
+from .packing import unpack as unpack
+from .packing_code import packing_code as packing_code
 from .records import number as number
 from .records import read_record as read_record
 from .records import without_timestamps as without_timestamps

@@ -23,7 +23,7 @@ class Packing:
 
     Attributes:
         name: what :func:`pack` and the command line call it.
-        channels: what each number of a texel holds.
+        channels: what each number of a texel holds; of half floats the channels of the file.
         dtype: type of the numbers: unsigned 8 or 16 bit, or half float.
         needs: the field of an estimate that it stores beside visibility.
         about: one line for people.
@@ -205,10 +205,10 @@ PACKINGS: dict[str, Packing] = {
         ),
         Packing(
             "zh16",
-            ("mean_direction.X", "mean_direction.Y", "mean_direction.Z", "visibility.mean"),
+            tuple("RGBA"),
             np.float16,
             "mean_direction",
-            "mean direction and visibility, half floats",
+            "mean direction in RGB, visibility in A, half floats",
             None,
             _encode_zh16,
             _decode_zh16,

@@ -10,11 +10,25 @@ from gtao.errors import ConfigError, ImageError
 
 from .images import read_channels
 
-__all__ = ["Directions", "direction_channels", "direction_manifest", "directions_of", "read_directions", "weighting_of"]
+__all__ = [
+    "Directions",
+    "check_weighting",
+    "direction_channels",
+    "direction_manifest",
+    "directions_of",
+    "read_directions",
+    "weighting_of",
+]
 
 #: (l, m) of the nine coefficients, as the manifest says it.
 SH_INDICES = tuple((band, m) for band in range(3) for m in range(-band, band + 1))
 WEIGHTINGS = ("cosine", "uniform")
+
+
+def check_weighting(weighting: str) -> None:
+    """Raise ConfigError unless there is such a weighting."""
+    if weighting not in WEIGHTINGS:
+        raise ConfigError(f"weighting must be 'cosine' or 'uniform', got {weighting!r}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,8 +51,7 @@ class Directions:
     weighting: str = "cosine"
 
     def __post_init__(self) -> None:
-        if self.weighting not in WEIGHTINGS:
-            raise ConfigError(f"weighting must be 'cosine' or 'uniform', got {self.weighting!r}")
+        check_weighting(self.weighting)
 
 
 def weighting_of(config: Any) -> str:
@@ -51,10 +64,15 @@ def _array(values: Any) -> np.ndarray | None:
 
 
 def directions_of(ao: Any) -> Directions:
-    """The directions of a :class:`gtao.AmbientOcclusion`; a :class:`Directions` as it is."""
+    """The directions of a :class:`gtao.AmbientOcclusion`; a :class:`Directions` as it is.
+
+    The average horizon gives no mean direction, only a bent normal.
+    """
     if isinstance(ao, Directions):
         return ao
-    names = ("visibility", "bent_normal", "mean_direction", "visibility_sh")
+    names = ["visibility", "bent_normal", "mean_direction", "visibility_sh"]
+    if getattr(getattr(ao.config, "occlusion", ao.config), "bent_normal", None) == "average_horizon":
+        names.remove("mean_direction")
     return Directions(**{name: _array(getattr(ao, name)) for name in names}, weighting=weighting_of(ao.config))
 
 

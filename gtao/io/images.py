@@ -156,7 +156,7 @@ def read_channels(path: str | os.PathLike, *, window: str = "display") -> tuple[
     }
 
 
-def _as_plane(path: str | os.PathLike, name: str, values: Any) -> np.ndarray:
+def _as_plane(path: str | os.PathLike, name: str, values: Any, half: bool) -> np.ndarray:
     array = np.asarray(values.numpy() if hasattr(values, "numpy") else values)
     if array.ndim != 2 or array.size == 0 or array.dtype.kind not in "fiub":
         raise ImageError(
@@ -170,13 +170,23 @@ def _as_plane(path: str | os.PathLike, name: str, values: Any) -> np.ndarray:
         raise ImageError(f"cannot write {path}: channel {name!r} is NaN at {n_nan} pixels; repair them first")
     if array.dtype.kind in "iu" and not np.array_equal(plane.astype(array.dtype), array):
         raise ImageError(f"cannot write {path}: channel {name!r} holds integers that float32 cannot")
-    return plane
+    if not half:
+        return plane
+    with np.errstate(over="ignore"):
+        halves = plane.astype(np.float16)
+    if (np.isinf(halves) & np.isfinite(plane)).any():
+        raise ImageError(f"cannot write {path}: channel {name!r} exceeds 65504, the largest half float")
+    return halves
 
 
 def write_channels(
-    path: str | os.PathLike, channels: Mapping[str, Any], manifest: Mapping[str, Any] | None = None
+    path: str | os.PathLike,
+    channels: Mapping[str, Any],
+    manifest: Mapping[str, Any] | None = None,
+    *,
+    half: bool = False,
 ) -> None:
-    """Write an EXR image: one part of scan lines, float32, ZIP, whole or not at all.
+    """Write an EXR image: one part of scan lines, float32 or half, ZIP, whole or not at all.
 
     The same channels and manifest give the same bytes.
 
@@ -184,10 +194,11 @@ def write_channels(
         path: the file; its folder is made.
         channels: name -> (H, W) array of real numbers, all of one shape. Infinities are kept.
         manifest: what to store as JSON in the header attribute ``gtao``.
+        half: round the numbers to half floats.
 
     Raises:
-        ImageError: an array has the wrong shape or type or holds NaN, a name is empty or too long, or the
-            file cannot be written.
+        ImageError: an array has the wrong shape or type, holds NaN or what half floats cannot hold, a name is empty
+            or too long, or the file cannot be written.
         RecordError: the manifest holds what JSON cannot.
     """
     if not channels:
@@ -195,7 +206,7 @@ def write_channels(
     for name in channels:
         if not name or len(name.encode()) > 255 or "\0" in name:
             raise ImageError(f"cannot write {path}: channel name {name!r} must have 1 to 255 characters")
-    planes = {name: _as_plane(path, name, values) for name, values in channels.items()}
+    planes = {name: _as_plane(path, name, values, half) for name, values in channels.items()}
     shapes = {plane.shape for plane in planes.values()}
     if len(shapes) > 1:
         raise ImageError(f"cannot write {path}: the channels have different shapes {sorted(shapes)}")
