@@ -15,6 +15,8 @@ from .directions import Directions as Directions
 from .directions import direction_channels as direction_channels
 from .directions import direction_manifest as direction_manifest
 from .directions import read_directions as read_directions
+from .environments import read_environment as read_environment
+from .environments import write_environment as write_environment
 from .exr import read_gbuffer as read_gbuffer
 from .exr import write_gbuffer as write_gbuffer
 from .fits import fit_from_dict as fit_from_dict
@@ -41,6 +43,7 @@ from .packing import pack as pack
 from .packing import packing_errors as packing_errors
 from .packing import unpack as unpack
 from .packing_code import packing_code as packing_code
+from .radiance_hdr import read_radiance_hdr as read_radiance_hdr
 from .records import number as number
 from .records import read_record as read_record
 from .records import without_timestamps as without_timestamps

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import eval_legendre
 
 from gtao.errors import ShapeError
 
@@ -135,4 +134,6 @@ def cosine_kernel(order: int) -> np.ndarray:
     order = as_order(order)
     x, w = np.polynomial.legendre.leggauss(order // 2 + 1)
     x, w = (x + 1) / 2, w / 2  # exact on [0, 1] to degree order + 1, that of the integrand
-    return 2 * math.pi * (w * x * eval_legendre(np.arange(order + 1)[:, None], x)).sum(axis=-1)
+    kernel = 2 * math.pi * (w * x) @ np.polynomial.legendre.legvander(x, order)
+    kernel[3::2] = 0
+    return kernel
