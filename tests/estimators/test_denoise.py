@@ -35,17 +35,20 @@ def terrain(size=24, holes=True):
     return field
 
 
-def estimate(g, visibility, bent=None):
-    T = g.types.Tensor
-    flat = np.ascontiguousarray(visibility, dtype=np.float64)
-    bent_normal = None if bent is None else T(np.ascontiguousarray(bent, dtype=np.float64))
-    return gtao.AmbientOcclusion(visibility=T(flat), bent_normal=bent_normal, config=gtao.GTAO())
+def estimate(g, visibility, directions=None, sh=None):
+    visibility, directions, sh = (
+        None if image is None else g.types.Tensor(np.ascontiguousarray(image, dtype=np.float64))
+        for image in (visibility, directions, sh)
+    )
+    return gtao.AmbientOcclusion(
+        visibility=visibility, mean_direction=directions, visibility_sh=sh, normal_v=g.normal_v, config=gtao.GTAO()
+    )
 
 
-def filtered(g, visibility, spatial, bent=None):
-    result = gtao.denoise(estimate(g, visibility, bent), g, spatial)
+def filtered(g, visibility, spatial, directions=None):
+    result = gtao.denoise(estimate(g, visibility, directions), g, spatial)
     image = np.array(result.visibility)
-    return image if bent is None else (image, np.array(result.bent_normal))
+    return image if directions is None else (image, np.array(result.mean_direction))
 
 
 def random_image(shape, seed=0):
@@ -62,7 +65,7 @@ def test_constant_images_stay(spatial):
     surface = np.isfinite(field.view_z)
     assert image[surface] == pytest.approx(0.37, abs=1e-12)
     assert (image[~surface] == 1).all()
-    assert bent == pytest.approx(np.broadcast_to(direction, bent.shape), abs=1e-12)
+    assert bent == pytest.approx(np.where(surface[..., None], direction, 0.0), abs=1e-12)
 
 
 @every_filter
@@ -71,7 +74,6 @@ def test_the_background_is_1_and_never_read(spatial):
     g, surface = frame(field), np.isfinite(field.view_z)
     image = random_image(g.shape)
     bent = np.random.default_rng(1).standard_normal((*g.shape, 3))
-    bent /= np.linalg.norm(bent, axis=-1, keepdims=True)
     want, want_bent = filtered(g, np.where(surface, image, 1.0), spatial, bent)
     poison = np.where(surface[..., None], bent, [1.0, 0.0, 0.0])
     got, got_bent = filtered(g, np.where(surface, image, 1e6), spatial, poison)
@@ -79,7 +81,7 @@ def test_the_background_is_1_and_never_read(spatial):
     assert np.array_equal(got, want)
     assert np.array_equal(got_bent[surface], want_bent[surface])
     assert np.isfinite(got).all()
-    assert np.linalg.norm(got_bent, axis=-1) == pytest.approx(1.0, abs=1e-12)
+    assert np.all(got_bent[~surface] == 0)
     # The pixel without neighbours keeps its value.
     assert got[6, 6] == pytest.approx(image[6, 6], abs=1e-12)
     assert not np.allclose(got[surface], image[surface])
@@ -181,17 +183,21 @@ def test_options_of_the_edge_aware_filter_reach_the_kernel():
     assert filtered(g, values, spatial)[surface] == pytest.approx(want[surface], abs=1e-12)
 
 
-def test_bent_normals_get_the_weights_of_the_visibility():
+def test_directions_get_the_weights_of_the_visibility():
     field = terrain()
     g, surface = frame(field), np.isfinite(field.view_z)
-    bent = np.random.default_rng(5).standard_normal((*g.shape, 3))
-    bent /= np.linalg.norm(bent, axis=-1, keepdims=True)
+    rng = np.random.default_rng(5)
+    directions, sh = rng.standard_normal((*g.shape, 3)), rng.standard_normal((*g.shape, 9))
     for spatial in (gtao.EdgeAwareFilter(), gtao.SpatialFilter(), gtao.PlaneAwareFilter()):
-        parts = np.stack([filtered(g, bent[..., k], spatial) for k in range(3)], axis=-1)
-        parts /= np.linalg.norm(parts, axis=-1, keepdims=True)
-        _, got = filtered(g, np.ones(g.shape), spatial, bent)
-        assert got[surface] == pytest.approx(parts[surface], abs=1e-9)
-        assert np.array_equal(got[~surface], bent[~surface])
+        result = gtao.denoise(estimate(g, np.ones(g.shape), directions, sh), g, spatial)
+        for got, image in ((result.mean_direction, directions), (result.visibility_sh, sh)):
+            want = np.stack([filtered(g, channel, spatial) for channel in np.moveaxis(image, -1, 0)], axis=-1)
+            got = np.array(got)
+            assert got[surface] == pytest.approx(want[surface], abs=1e-12)
+            assert np.all(got[~surface] == 0)
+        bent = np.array(result.bent_normal)
+        assert np.linalg.norm(bent, axis=-1) == pytest.approx(1, abs=1e-12)
+        assert np.all(bent[~surface] == [0, 0, 1])
 
 
 def test_visibility_above_1_counts_in_full():
