@@ -21,7 +21,7 @@ POLAR_TO_LOCAL = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [-1.0, 0.0, 0.0]])
 
 
 def directions_of(theta: np.ndarray, phi: np.ndarray) -> np.ndarray:
-    """(…, 3) local directions of polar angle and azimuth, broadcast; theory, {eq}`eq-latlong`."""
+    """(…, 3) local directions of polar angle and azimuth, broadcast; theory, eq. (103)."""
     s = np.sin(theta)
     return np.stack(np.broadcast_arrays(np.sin(phi) * s, np.cos(theta), -np.cos(phi) * s), axis=-1)
 
@@ -33,7 +33,7 @@ def angles_of(directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def texel_solid_angles(height: int, width: int) -> np.ndarray:
-    """(H,) solid angle of a texel of each row; theory, {eq}`eq-texel-solid-angle`."""
+    """(H,) solid angle of a texel of each row; theory, eq. (104)."""
     centre = math.pi * (np.arange(height) + 0.5) / height
     return 2 * math.pi / width * 2 * np.sin(centre) * math.sin(math.pi / (2 * height))
 
@@ -53,7 +53,7 @@ def polar_hats(height: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def hat_moments(height: int, width: int, order: int) -> tuple[dict[tuple[int, int], np.ndarray], np.ndarray]:
-    """Integrals of the interpolating hats against the harmonics about the local pole; theory, {eq}`eq-hat-moments`.
+    """Integrals of the interpolating hats against the harmonics about the local pole; theory, eq. (105).
 
     Returns:
         ({(l, m): (H,) integral of the hat in θ against the polar factor, (1 - z²)^(m/2) and sin θ},

@@ -48,7 +48,7 @@ def polar_factors(z: np.ndarray, order: int) -> dict[tuple[int, int], np.ndarray
 
 
 def basis(directions: ArrayLike, order: int) -> np.ndarray:
-    """The real spherical harmonics of all bands up to ``order``; theory, {eq}`eq-sh-basis`.
+    """The real spherical harmonics of all bands up to ``order``; theory, eq. (98).
 
     Args:
         directions: (…, 3), of any length but 0.

@@ -30,7 +30,7 @@ _CONSTANTS = np.sqrt(
 
 @dataclass(frozen=True, kw_only=True)
 class Convention:
-    """How stored coefficients follow from ours, each times a factor of its own; theory, {eq}`eq-sh-conventions`.
+    """How stored coefficients follow from ours, each times a factor of its own; theory, eq. (108).
 
     Attributes:
         phase: each is times (-1)^m: the Condon-Shortley phase.

@@ -125,7 +125,7 @@ class EnvironmentMap:
         return EnvironmentMap(values.astype(np.float32), self.to_world)
 
     def project(self, order: int = 2) -> np.ndarray:
-        """Coefficients of the radiance in the world frame, ∫ L Y_lm dω; theory, {eq}`eq-hat-moments`.
+        """Coefficients of the radiance in the world frame, ∫ L Y_lm dω; theory, eq. (105).
 
         The integral of the interpolated map is exact but for rounding.
 

@@ -44,7 +44,7 @@ class ZonalLight:
         return self.profile(np.clip(as_directions("directions", directions) @ self.axis, -1, 1))
 
     def project(self, order: int = 2) -> np.ndarray:
-        """((order + 1)², 3) coefficients K_l Y_lm(axis), world frame; theory, {eq}`eq-zonal`.
+        """((order + 1)², 3) coefficients K_l Y_lm(axis), world frame; theory, eq. (100).
 
         Raises:
             ConfigError: the order is not an integer of at least 0.
@@ -85,7 +85,7 @@ def constant(radiance: Any = 1.0) -> ZonalLight:
 
 
 def von_mises_fisher(axis: ArrayLike, kappa: float, radiance: Any = 1.0) -> ZonalLight:
-    """A smooth lobe, radiance · κ/sinh κ · exp(κ ⟨axis, ω⟩); theory, {eq}`eq-vmf`.
+    """A smooth lobe, radiance · κ/sinh κ · exp(κ ⟨axis, ω⟩); theory, eq. (101).
 
     Its moments are those of the modified spherical Bessel functions. Half of its light lies within about 1.2/√κ radians
     of the axis.
@@ -116,7 +116,7 @@ def von_mises_fisher(axis: ArrayLike, kappa: float, radiance: Any = 1.0) -> Zona
 
 
 def disc(axis: ArrayLike, radius: float, radiance: Any = 1.0) -> ZonalLight:
-    """A disc of constant radiance, a sun; theory, {eq}`eq-disc`.
+    """A disc of constant radiance, a sun; theory, eq. (102).
 
     Args:
         axis: (3,) direction of its centre, of any length but 0.

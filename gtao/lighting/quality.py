@@ -33,7 +33,7 @@ def energy(environment: EnvironmentMap) -> np.ndarray:
 
 
 def fit_quality(environment: EnvironmentMap, order: int) -> np.ndarray:
-    """The share of the energy that the bands up to each order keep; theory, {eq}`eq-fit-quality`.
+    """The share of the energy that the bands up to each order keep; theory, eq. (106).
 
     One minus it is the squared relative error of the best fit of that order.
 

@@ -15,7 +15,7 @@ __all__ = ["axes", "rotate", "rotation_matrix", "to_view"]
 
 
 def rotation_matrix(rotation: ArrayLike, order: int) -> np.ndarray:
-    """The matrix that turns coefficients along with the function that they describe; theory, {eq}`eq-sh-rotation`.
+    """The matrix that turns coefficients along with the function that they describe; theory, eq. (99).
 
     Args:
         rotation: 3x3 rotation or reflection (or 4x4, whose translation is ignored), new direction = R · old.

@@ -28,7 +28,7 @@ N_REFINEMENTS, N_STARTS = 14, 4
 
 
 def window_factors(kind: str, order: int, width: float) -> np.ndarray:
-    """Factors of the bands 0 … order; theory, {eq}`eq-sh-windows`.
+    """Factors of the bands 0 … order; theory, eq. (107).
 
     Args:
         kind: "hanning", "lanczos": zero from band ``width`` on. "gauss": a blur by the heat kernel, whose standard
