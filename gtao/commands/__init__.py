@@ -1,6 +1,6 @@
 """The subcommands of ``gtao``: thin wrappers that turn options into calls of :mod:`gtao.workflows` and friends."""
 
-from .files import export, occlusion, render
+from .files import export, export_packing, occlusion, render
 from .inspection import doctor, methods, scenes
 from .studies import compare, refit
 from .tuning import tune
@@ -8,4 +8,4 @@ from .tuning import tune
 __all__ = ["COMMANDS"]
 
 #: In the order of the help.
-COMMANDS = (doctor, render, occlusion, refit, compare, tune, export, scenes, methods)
+COMMANDS = (doctor, render, occlusion, refit, compare, tune, export, export_packing, scenes, methods)

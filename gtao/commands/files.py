@@ -11,7 +11,7 @@ import gtao
 from .options import MAX_SIDE, Samples, Seed, distance
 from .terminal import Bars, out
 
-__all__ = ["export", "occlusion", "render"]
+__all__ = ["export", "export_packing", "occlusion", "render"]
 
 OutputExr = Annotated[Path, typer.Option("-o", "--output", metavar="OUT.exr", help="EXR file to write.")]
 Sensor = Annotated[int, typer.Option(help="Index of the camera in the scene, from 0.")]
@@ -75,9 +75,13 @@ def occlusion(
         NormalFrame, typer.Option(help="Frame of the normals in the file; 'auto' believes their names.")
     ] = "auto",
     derive_normals: Annotated[bool, typer.Option(help="Derive normals from the depth.")] = False,
+    pack: Annotated[
+        list[str] | None,
+        typer.Option(metavar="PACKING", help="Also write visibility and bent normals packed, e.g. rgba8; repeatable."),
+    ] = None,
 ) -> None:
-    """EXR with depth and normals -> EXR with visibility added."""
-    gtao.workflows.occlusion_file(
+    """EXR with depth and normals -> EXR with visibility added, and with --set bent_normal=true directions."""
+    packed = gtao.workflows.occlusion_file(
         source,
         output,
         method=method,
@@ -88,8 +92,11 @@ def occlusion(
         layer=layer,
         normal_frame=normal_frame,
         derive_normals=derive_normals,
+        packings=pack or (),
     )
     out.print(f"wrote {output}", soft_wrap=True)
+    for path, errors in packed.items():
+        out.print(f"wrote {path}\n  {errors}", soft_wrap=True, highlight=False)
 
 
 def export(
@@ -98,3 +105,12 @@ def export(
 ) -> None:
     """Coefficients -> shader code, on standard output."""
     print(gtao.workflows.export_fit(fit, language), end="")
+
+
+def export_packing(
+    name: Annotated[str, typer.Argument(metavar="PACKING", help="What --pack of occlusion was given, e.g. rgba8.")],
+    language: Annotated[str, typer.Option(help="'hlsl', 'glsl', 'wgsl' or 'c'.")] = "hlsl",
+    weighting: Annotated[str, typer.Option(help="'cosine' or 'uniform', of the estimate.")] = "cosine",
+) -> None:
+    """Packing -> shader code that reads it back, on standard output."""
+    print(gtao.io.packing_code(name, language, weighting), end="")

@@ -140,10 +140,12 @@ def read_gbuffer(
 
 
 def _expand(name: str, values: Any) -> dict[str, Any]:
-    """Channels of one entry of ``extra``: (H, W) under its name, (H, W, 3) as X, Y, Z below it."""
+    """Channels of one entry of ``extra``: (H, W) under its name, (H, W, 3) as X, Y, Z below it, more as 00, 01 …"""
     array = np.asarray(values.numpy() if dr.is_tensor_v(values) else values)
     if array.ndim == 3 and array.shape[2] == 3:
         return {f"{name}.{axis}": array[..., i] for i, axis in enumerate("XYZ")}
+    if array.ndim == 3:
+        return {f"{name}.{i:02d}": array[..., i] for i in range(array.shape[2])}
     return {name: array}
 
 
@@ -159,14 +161,15 @@ def write_gbuffer(
     Channels: ``Z`` is view_z (infinite on the background), ``N.X N.Y N.Z`` the normal in the view frame,
     ``albedo.R albedo.G albedo.B`` if there is one; of depth layers, if there are any, ``ZBack`` is where the first
     ends, ``layers.01.Z`` and ``layers.01.ZBack`` where the next begins and ends, and so on. Then ``extra``: by
-    convention ``visibility.mean``, ``visibility.var``, ``visibility.count``, ``bent`` (three components),
-    ``transport.01`` … The header attribute ``gtao`` holds the manifest with the camera, so that :func:`read_gbuffer`
-    needs nothing else.
+    convention ``visibility.mean``, ``visibility.var``, ``visibility.count``, ``bent`` and ``mean_direction`` (three
+    components), ``visibility_sh`` (nine), ``transport.01`` … The header attribute ``gtao`` holds the manifest with the
+    camera, so that :func:`read_gbuffer` needs nothing else.
 
     Args:
         path: the file; its folder is made.
         g: the G-buffer.
-        extra: name -> (H, W) array, or (H, W, 3) array that becomes ``name.X``, ``name.Y``, ``name.Z``.
+        extra: name -> (H, W) array, or (H, W, 3) array that becomes ``name.X``, ``name.Y``, ``name.Z``, or (H, W, n)
+            array that becomes ``name.00``, ``name.01`` …
         manifest: what shall be known about the file: configuration, seed, versions, hashes.
 
     Raises:

@@ -1,5 +1,6 @@
 """Visibility and its directions in few bits, the way that engines store them, and what that costs."""
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -96,7 +97,7 @@ class PackingErrors:
         n: pixels compared: those with a direction.
         angle_mean, angle_p99, angle_max, angle_bound: between the bent normals before and after.
         visibility_rms, visibility_max, visibility_bound: absolute differences; the bound is for visibility in [0, 1].
-        overshoot: share of the pixels whose visibility exceeds 1, which integers clamp.
+        clamped: share of the pixels whose visibility lies outside [0, 1], which integers cannot hold.
         length_max: largest difference of the length of the mean direction; None where the packing stores none.
         sh_rms, sh_max: of the nine coefficients; None where the packing stores none.
     """
@@ -110,7 +111,7 @@ class PackingErrors:
     visibility_rms: float
     visibility_max: float
     visibility_bound: float
-    overshoot: float
+    clamped: float
     length_max: float | None = None
     sh_rms: float | None = None
     sh_max: float | None = None
@@ -119,12 +120,21 @@ class PackingErrors:
         mean, p99, top, bound = np.degrees((self.angle_mean, self.angle_p99, self.angle_max, self.angle_bound))
         angle = f"angle mean {mean:.2g}, 99 % {p99:.2g}, max {top:.2g} of at most {bound:.2g} degrees"
         visibility = f"visibility RMS {self.visibility_rms:.2g}, max {self.visibility_max:.2g}"
-        return f"{self.packing}: {angle}; {visibility}"
+        clamped = f", {100 * self.clamped:.2g} % of the pixels clamped" if self.clamped else ""
+        return f"{self.packing}: {angle}; {visibility}{clamped}"
 
 
 def _angles(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Accurate for angles that the arc cosine would lose."""
     return np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), (a * b).sum(axis=-1))
+
+
+def _largest(values: np.ndarray) -> float:
+    return float(values.max(initial=0.0))
+
+
+def _mean(values: np.ndarray) -> float:
+    return float(values.mean()) if values.size else 0.0
 
 
 def _half_step(values: np.ndarray) -> np.ndarray:
@@ -141,7 +151,7 @@ def _bounds(p: Packing, stored: np.ndarray, weighting: str) -> tuple[float, floa
     step = _half_step(stored)
     vector, scalar, scale = (slice(1, 4), 0, sh_scales(weighting)[0]) if p.name == "sh16" else (slice(0, 3), 3, 1.0)
     relative = np.linalg.norm(step[:, vector], axis=-1) / np.linalg.norm(stored[:, vector], axis=-1)
-    return float(np.arcsin(np.minimum(relative, 1)).max()), float(step[:, scalar].max() * scale)
+    return _largest(np.arcsin(np.minimum(relative, 1))), _largest(step[:, scalar]) * scale
 
 
 def packing_errors(ao: Any, name: str = "rgba8", mask: Any = None) -> PackingErrors:
@@ -151,11 +161,11 @@ def packing_errors(ao: Any, name: str = "rgba8", mask: Any = None) -> PackingErr
         ao: :class:`gtao.AmbientOcclusion` or :class:`Directions`.
         name: a key of :data:`PACKINGS`.
         mask: (H, W) pixels to compare; default: all that have a direction. Those without, among them the background,
-            are left out in any case.
+            are left out in any case; where none is left, all errors are 0.
 
     Raises:
         ConfigError: as for :func:`pack`.
-        ShapeError: as for :func:`pack`; the mask has another shape, or no pixel is left.
+        ShapeError: as for :func:`pack`; the mask has another shape.
     """
     p, before = packing(name), directions_of(ao)
     after = unpack(pack(before, name), name, before.weighting)
@@ -175,28 +185,27 @@ def packing_errors(ao: Any, name: str = "rgba8", mask: Any = None) -> PackingErr
         if mask.shape != chosen.shape:
             raise ShapeError(f"mask must have the shape {chosen.shape} of the estimate, got {mask.shape}")
         chosen &= mask
-    if not chosen.any():
-        raise ShapeError("no pixel with a direction is left to compare; is the estimate, or the mask, empty?")
     angles = _angles(vectors[chosen], np.asarray(after.bent_normal)[chosen])
     error = np.abs(after.visibility - visibility)[chosen]
+    outside = (visibility < 0) | (visibility > 1)
     angle_bound, visibility_bound = _bounds(p, stored[chosen], before.weighting)
     more: dict[str, float] = {}
     if after.mean_direction is not None:
         lengths = (np.linalg.norm(v, axis=-1)[chosen] for v in (after.mean_direction, vectors))
-        more["length_max"] = float(np.abs(np.subtract(*lengths)).max())
+        more["length_max"] = _largest(np.abs(np.subtract(*lengths)))
     if after.visibility_sh is not None:
         difference = (after.visibility_sh - stored)[chosen]
-        more |= {"sh_rms": float(np.sqrt((difference**2).mean())), "sh_max": float(np.abs(difference).max())}
+        more |= {"sh_rms": math.sqrt(_mean(difference**2)), "sh_max": _largest(np.abs(difference))}
     return PackingErrors(
         packing=name,
         n=int(chosen.sum()),
-        angle_mean=float(angles.mean()),
-        angle_p99=float(np.quantile(angles, 0.99)),
-        angle_max=float(angles.max()),
+        angle_mean=_mean(angles),
+        angle_p99=float(np.quantile(angles, 0.99)) if angles.size else 0.0,
+        angle_max=_largest(angles),
         angle_bound=angle_bound,
-        visibility_rms=float(np.sqrt((error**2).mean())),
-        visibility_max=float(error.max()),
+        visibility_rms=math.sqrt(_mean(error**2)),
+        visibility_max=_largest(error),
         visibility_bound=visibility_bound,
-        overshoot=float((visibility[chosen] > 1).mean()),
+        clamped=_mean(outside[chosen]) if np.issubdtype(p.dtype, np.integer) else 0.0,
         **more,
     )

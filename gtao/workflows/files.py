@@ -15,6 +15,7 @@ from gtao.camera import PerspectiveCamera, camera_from_dict
 from gtao.errors import ConfigError, ImageError, SceneError
 
 from .options import pipeline_from_options
+from .packed import packed_paths, write_packings
 
 __all__ = ["export_fit", "occlusion_file", "render_scene"]
 
@@ -136,8 +137,9 @@ def occlusion_file(
     layer: str | None = None,
     normal_frame: Literal["auto", "view", "world"] = "auto",
     derive_normals: bool = False,
-) -> None:
-    """Estimate visibility from an EXR and write it beside depth and normals.
+    packings: Sequence[str] = (),
+) -> dict[Path, io.PackingErrors]:
+    """Estimate visibility from an EXR and write it beside depth and normals, with its directions if it has any.
 
     Args:
         source: EXR with depth and normals; see :func:`gtao.io.read_gbuffer` for the channel names.
@@ -151,9 +153,14 @@ def occlusion_file(
         layer: layer to read.
         normal_frame: frame of the normals; "auto" believes their names.
         derive_normals: take normals from the depth, not from the file.
+        packings: keys of :data:`gtao.io.PACKINGS` in which to write visibility and directions as well, each to its own
+            file beside ``output``; the settings have to ask for what they store.
+
+    Returns:
+        The packed files, and what packing cost.
 
     Raises:
-        ImageError: the input cannot be read or lacks a channel, or the output cannot be written.
+        ImageError: the input cannot be read or lacks a channel, or an output cannot be written.
         ConfigError: an option is wrong.
         ShapeError: depth or normals are not what they should be.
     """
@@ -161,6 +168,7 @@ def occlusion_file(
     if os.path.realpath(output) == os.path.realpath(source):
         raise ImageError(f"output {output} is the input; choose another name")
     _exr(output)
+    paths = packed_paths(output, packings, pipeline.occlusion)
     camera, to_view = _camera(camera_file, fov_y, source)
     normals = "derive" if derive_normals else "file"
     g = io.read_gbuffer(source, camera, to_view=to_view, layer=layer, normals=normals, normal_frame=normal_frame)
@@ -170,7 +178,9 @@ def occlusion_file(
         "config": {**pipeline.to_dict(), "frame_index": frame_index},
         "input": {"name": source.name, "sha256": io.sha256_file(source)},
     }
-    io.write_gbuffer(output, g, extra={"visibility.mean": ao.visibility}, manifest=manifest)
+    told = {**manifest, **io.direction_manifest(ao)}
+    io.write_gbuffer(output, g, extra=io.direction_channels(ao), manifest=told)
+    return write_packings(ao, paths, manifest)
 
 
 def export_fit(source: Path, language: str) -> str:

@@ -111,12 +111,12 @@ def _value(key: str, text: str, annotation: Any) -> Any:
     arms = _arms(annotation)
     if text.lower() == "none" and type(None) in arms:
         return None
+    if bool in arms and text.lower() in ("true", "false"):
+        return text.lower() == "true"
     if any(typing.get_origin(arm) is typing.Literal for arm in arms):
         return text
     if bool in arms:
-        if text.lower() not in ("true", "false"):
-            raise ConfigError(f"{key} must be true or false, got {text!r}")
-        return text.lower() == "true"
+        raise ConfigError(f"{key} must be true or false, got {text!r}")
     if _parts(annotation):
         raise ConfigError(f"{key} has options of its own: write {key}.NAME=VALUE, got {text!r}")
     try:
