@@ -15,7 +15,7 @@ __all__ = [
 
 
 def octahedral_encode(directions: np.ndarray) -> np.ndarray:
-    """(…, 2) points of the square [-1, 1]² of (…, 3) directions: theory, eq. (eq-octahedral).
+    """(…, 2) points of the square [-1, 1]² of (…, 3) directions: theory, eq. (109).
 
     Directions need not be unit, but not zero. +z is the centre, -z all four corners.
     """
@@ -46,7 +46,7 @@ def octahedral_quantize(directions: np.ndarray, n_bits: int) -> np.ndarray:
     """(…, 2) integers from 0 to ``2 levels(n_bits)``: of the four grid points around a direction the nearest in angle.
 
     Rounding each coordinate would do for the square; on the sphere its worst case is half as wrong again (theory, eq.
-    (eq-octahedral-bound)).
+    (110)).
     """
     d = np.asarray(directions, dtype=np.float64)
     steps = levels(n_bits)
@@ -65,5 +65,5 @@ def octahedral_restore(integers: np.ndarray, n_bits: int) -> np.ndarray:
 
 
 def angle_bound(n_bits: int) -> float:
-    """Largest angle in radians between a direction and its quantised one: theory, eq. (eq-octahedral-bound)."""
+    """Largest angle in radians between a direction and its quantised one: theory, eq. (110)."""
     return math.sqrt(2) / levels(n_bits)
