@@ -1,4 +1,4 @@
-"""Ground truth with Mitsuba: G-buffers, depth layers, ray-traced visibility and transport images of any scene.
+"""Ground truth with Mitsuba: G-buffers, depth layers, ray-traced visibility, its harmonics, transport of any scene.
 
 The first call sets a Mitsuba variant unless one is set already: ``cuda_ad_rgb`` where CUDA and OptiX work,
 ``llvm_ad_rgb`` elsewhere.
@@ -6,6 +6,7 @@ The first call sets a Mitsuba variant unless one is set already: ``cuda_ad_rgb``
 
 from . import scenes
 from .aov import gbuffer_from_aov
+from .directional import DirectionalVisibility, directional
 from .fingerprint import fingerprint
 from .gbuffer import gbuffer
 from .layers import layers, thickness
@@ -15,9 +16,11 @@ from .transport import Transport, transport
 from .truth import Visibility, visibility
 
 __all__ = [
+    "DirectionalVisibility",
     "Transport",
     "Visibility",
     "camera_from_sensor",
+    "directional",
     "fingerprint",
     "gbuffer",
     "gbuffer_from_aov",
