@@ -10,8 +10,9 @@ from gtao.errors import ConfigError, ShapeError
 
 __all__ = ["as_coefficients", "as_colour", "as_directions", "as_order", "as_orthogonal", "as_positive", "order_of"]
 
-#: Matrices of single precision, written with six digits, are still rotations.
+#: Matrices of single precision, written with six digits, are still rotations; those of double precision are left alone.
 ORTHOGONAL_TOLERANCE = 1e-4
+ORTHOGONAL_ROUNDING = 1e-14
 
 
 def as_order(order: Any) -> int:
@@ -85,5 +86,7 @@ def as_orthogonal(name: str, matrix: Any) -> np.ndarray:
             f"{name} must be a rotation or a reflection: M Mᵀ differs from the identity by {error:.3g}; remove its"
             " scale and shear"
         )
+    if error <= ORTHOGONAL_ROUNDING:
+        return m.copy()
     u, _, v = np.linalg.svd(m)
     return u @ v

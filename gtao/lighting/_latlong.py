@@ -12,7 +12,7 @@ from .basis import polar_factors
 
 __all__ = ["angles_of", "directions_of", "hat_moments", "overlaps", "polar_hats", "texel_solid_angles"]
 
-#: Nodes per half texel: exact to 1e-15 for the low bands, whose polar factors vary little over a texel.
+#: Nodes between two rows at least: exact to 1e-15 where harmonics vary little over a texel; more where they oscillate.
 N_NODES = 12
 
 #: Turns (z, x, y), the axes that the azimuth and the pole +y suggest, into the local frame: phi counts from -z to +x.
@@ -38,11 +38,11 @@ def texel_solid_angles(height: int, width: int) -> np.ndarray:
     return 2 * math.pi / width * 2 * np.sin(centre) * math.sin(math.pi / (2 * height))
 
 
-def polar_hats(height: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Nodes of the polar angle for the rows' hat functions, (H, K) each: angle, hat value, weight."""
-    x, w = np.polynomial.legendre.leggauss(N_NODES)
-    x, w = (x + 1) / 2, w / 2
+def polar_hats(height: int, order: int = 0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Nodes of the polar angle for the rows' hats times harmonics up to ``order``, (H, K): angle, hat value, weight."""
     step = math.pi / height
+    x, w = np.polynomial.legendre.leggauss(N_NODES + math.ceil(order * step))
+    x, w = (x + 1) / 2, w / 2
     centre = step * (np.arange(height) + 0.5)[:, None]
     down, up = np.full((height, 1), step), np.full((height, 1), step)
     up[0] = down[-1] = step / 2  # the pole is half a texel away
@@ -59,7 +59,7 @@ def hat_moments(height: int, width: int, order: int) -> tuple[dict[tuple[int, in
         ({(l, m): (H,) integral of the hat in θ against the polar factor, (1 - z²)^(m/2) and sin θ},
         (order + 1,) ratio of the hat's integral against cos m(φ - φ_j) to that of 1, times 2π/W).
     """
-    theta, hat, weight = polar_hats(height)
+    theta, hat, weight = polar_hats(height, order)
     s = np.sin(theta)
     q = polar_factors(np.cos(theta), order)
     polar = {(band, m): (factor * s ** (m + 1) * hat * weight).sum(axis=1) for (band, m), factor in q.items()}
