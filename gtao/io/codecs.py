@@ -96,14 +96,17 @@ def _decode_octahedral12(t: Texels, weighting: str) -> Directions:
 
 
 def _encode_moments8(d: Directions) -> Texels:
-    """The mean direction by direction and by length relative to visibility, which is between 0 and 1."""
-    mean, visibility = np.asarray(d.mean_direction, dtype=np.float64), np.asarray(d.visibility, dtype=np.float64)
+    """The mean direction by direction and by length relative to visibility, which is between 0 and 1.
+
+    Relative to the visibility that is stored, whose rounding and clamping the length then makes up for.
+    """
+    mean, visibility = np.asarray(d.mean_direction, dtype=np.float64), _unit_range(d.visibility, 255)
     length = np.linalg.norm(mean, axis=-1)
     # Where nothing is visible, or on the background, any direction does: the length says that there is none.
     direction = np.where(length[..., None] > 0, mean, (0.0, 0.0, 1.0))
     x, y = np.moveaxis(octahedral_quantize(direction, 8), -1, 0)
-    ratio = length / np.where(visibility > 0, visibility, 1)
-    return _texels(np.uint8, x, y, _unit_range(ratio, 255), _unit_range(visibility, 255))
+    ratio = np.where(visibility > 0, 255 * length / np.maximum(visibility, 1), 0)
+    return _texels(np.uint8, x, y, _unit_range(ratio, 255), visibility)
 
 
 def _decode_moments8(t: Texels, weighting: str) -> Directions:
