@@ -1,8 +1,9 @@
 """Ambient occlusion that is right and can prove it.
 
 The names below are the public core. The rooms ``gtao.render`` (ground truth with Mitsuba), ``gtao.io``, ``gtao.fit``,
-``gtao.evaluate``, ``gtao.plot``, ``gtao.interop`` (PyTorch, JAX) and ``gtao.workflows`` load when they are first used,
-so that ``import gtao`` needs neither Mitsuba nor the scientific stack.
+``gtao.evaluate``, ``gtao.lighting`` (environment maps, spherical harmonics), ``gtao.plot``, ``gtao.interop`` (PyTorch,
+JAX) and ``gtao.workflows`` load when they are first used, so that ``import gtao`` needs neither Mitsuba nor the
+scientific stack.
 """
 
 import importlib

@@ -123,7 +123,7 @@ def test_fit_quality():
     squares = (lobe.kernel(6)[:, 0] ** 2) * (2 * np.arange(7) + 1) / (4 * math.pi)
     # ∫ f² dω of the lobe with mean 1: 4π κ coth κ.
     expected = np.cumsum(squares) / (4 * math.pi * 4 / math.tanh(4))
-    # The map is blurred by its texels, h²/4 along each axis with h = π/128, which takes 2 l (l + 1)/2 times that of a band.
+    # The map is blurred by its texels, h²/4 along each axis with h = π/128: of a band l (l + 1) times that is lost.
     np.testing.assert_allclose(lighting.fit_quality(lobe.map(128), 6), expected, atol=4e-4)
     np.testing.assert_array_equal(lighting.fit_quality(EnvironmentMap(np.zeros((2, 4, 3))), 2), 1)
 
