@@ -31,15 +31,9 @@ class Planes:
 
     def tensor(self):
         """The (H, W, C) tensor."""
-        T, n = types_of(type(self.arrays[0])), len(self.arrays)
-        height, width = self.shape
-        if n == 3:
-            return T.Tensor(dr.ravel(T.Array3(*self.arrays)), (height, width, n))
-        flat = dr.empty(T.Float, height * width * n)
-        first = dr.arange(T.UInt, height * width) * n
-        for k, array in enumerate(self.arrays):
-            dr.scatter(flat, array, first + k)
-        return T.Tensor(flat, (height, width, n))
+        T = types_of(type(self.arrays[0]))
+        channels = dr.replace_shape_t(T.Float, (-1, -1))([*self.arrays])
+        return T.Tensor(dr.ravel(channels), (*self.shape, len(self.arrays)))
 
 
 class PlanarImage:

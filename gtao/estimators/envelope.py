@@ -7,7 +7,7 @@ theorem; theory, eq. (88)). What one reverse or forward pass costs therefore doe
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import Any
+from typing import Any, cast
 
 import drjit as dr
 
@@ -104,7 +104,7 @@ class _Envelope(dr.CustomOp):
         dr.eval(arrays)
 
     def backward(self):
-        arrays, seeds = self._arrays(), self.grad_out()
+        arrays, seeds = self._arrays(), cast(tuple[Any, ...], self.grad_out())
         whole = {name: a for name, a in arrays.items() if name == "field"}
         gradients: dict[str, Any] = {}
         with _expanded(dr.width(self.job.field)):

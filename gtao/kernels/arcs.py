@@ -14,14 +14,12 @@ from .roots import rsqrt
 
 __all__ = [
     "acos",
-    "cosine_arc",
     "cosine_arc_from_angles",
     "cosine_arc_signed",
     "fast_acos",
     "full_slice",
     "normal_angle",
-    "tangent_arc",
-    "uniform_arc",
+    "segment",
     "uniform_arc_signed",
 ]
 
@@ -90,46 +88,12 @@ def cosine_arc_from_angles(nV, nT, gamma, h0, h1):
     """|n_p| â as engines write it, from angles that may be approximate: theory, eq. (67).
 
     ¼ |n_p| Σ (cos γ + 2 h sin γ - cos(2h - γ)) over the signed horizons, with the exact cosine n_V / |n_p| in the
-    first term. With exact angles it is :func:`cosine_arc`.
+    first term. With exact angles it is :func:`gtao.kernels.visible_arc.visible_arc`.
     """
     length = dr.sqrt(dr.fma(nV, nV, nT * nT))
     sine = dr.sin(gamma)
     each = [dr.fma(2 * h, sine, -dr.cos(2 * h - gamma)) for h in (h0, h1)]
     return 0.25 * dr.fma(length, each[0] + each[1], 2 * nV)
-
-
-def cosine_arc(nV, nT, c0, c1):
-    """|n_p| â, the cosine-weighted arc for h0 <= 0 <= h1, with h0 = -arccos c0 and h1 = arccos c1.
-
-    ½ [n_V (s0² + s1²) + n_T ((h0 - s0 c0) + (h1 - s1 c1))]: theory, eq. (12), the integral of eq. (11)
-    without the angle γ and without dividing by |n_p|, which loses three digits in float32.
-    """
-    attached = any(map(dr.grad_enabled, (nV, nT, c0, c1)))
-    with dr.suspend_grad():
-        (k0, q0), (k1, q1) = segment(c0), segment(c1)
-        by_nV, by_nT = 0.5 * (q0 + q1), 0.5 * (k1 - k0)
-        value = dr.fma(nV, by_nV, nT * by_nT)
-        if not attached:
-            return value
-        # Theory, eq. (89): the derivatives of the terms are longer, and infinite at c = 1.
-        by_c0, by_c1 = dr.fma(nT, dr.sqrt(q0), -nV * c0), -dr.fma(nT, dr.sqrt(q1), nV * c1)
-    c0, c1 = dr.select(c0 < 1, c0, 1), dr.select(c1 < 1, c1, 1)
-    return dr.replace_grad(value, by_nV * nV + by_nT * nT + by_c0 * c0 + by_c1 * c1)
-
-
-def tangent_arc(nV, nT, sine):
-    """:func:`cosine_arc` of a slice that is open down to the tangent plane, n_V + γ n_T (theory, eq. (15)).
-
-    Args:
-        sine: sin γ = n_T / |n_p|, the cosine of the tangent plane on the side of -T.
-    """
-    attached = dr.grad_enabled(nV) or dr.grad_enabled(nT)
-    with dr.suspend_grad():
-        k, by_nV = segment(sine)
-        by_nT = 0.5 * math.pi - k
-        value = dr.fma(nV, by_nV, nT * by_nT)
-    # By γ it has no derivative.
-    return dr.replace_grad(value, by_nV * nV + by_nT * nT) if attached else value
 
 
 def segment(c):
@@ -147,11 +111,6 @@ def segment(c):
         below = 1 - a
         area = below * dr.sqrt(below) * evaluate(_SEGMENT, a)
     return dr.select(c < 0, math.pi - area, area), s2
-
-
-def uniform_arc(c0, c1):
-    """2 - cos h0 - cos h1: solid-angle-weighted arc for h0 <= 0 <= h1 (theory, eq. (14); horizons clamped)."""
-    return 2 - dr.select(c0 < 1, c0, 1) - dr.select(c1 < 1, c1, 1)
 
 
 def cosine_arc_signed(gamma, a, b):

@@ -8,7 +8,7 @@ length; each sample sets the bits of the sectors that it covers. The map decides
 mapping  equal sectors hold equal                      a slice contributes the open share times
 ======== ============================================= ==============================================================
 angle    angle (the original)                          1
-uniform  solid angle                                   1, as :func:`gtao.kernels.arcs.uniform_arc` / 2
+uniform  solid angle                                   1, as :func:`gtao.kernels.visible_arc.visible_arc`
 cosine   solid angle times the cosine to the normal    :func:`gtao.kernels.arcs.full_slice`, n_V + γ n_T
 ======== ============================================= ==============================================================
 

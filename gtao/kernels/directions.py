@@ -38,7 +38,7 @@ def summands(values, c, s):
 
 
 def in_view_frame(sums, V):
-    """The share; (x, y, z) of the mean direction; and the five harmonics of band 2 of the same density.
+    """The share; (x, y, z) of the mean direction (theory, eq. (124)); and five harmonics of band 2 of the same density.
 
     Args:
         sums: of :func:`summands`.
@@ -60,7 +60,7 @@ def in_view_frame(sums, V):
 
 
 def _band2(share, second, rows):
-    """Theory, eq. (100): R M Rᵀ of the second moments M, whose trace is the share, as spherical harmonics."""
+    """R M Rᵀ of the second moments M, whose trace is the share, as spherical harmonics; theory, eq. (112)."""
     xx, xy, yy, xz, yz = second
     columns = (xx, xy, xz), (xy, yy, yz), (xz, yz, share - xx - yy)
     turned = [[_dot(row, column) for column in columns] for row in rows[:2]]

@@ -39,7 +39,7 @@ def second(nV, nT, c0, c1):
 
     ss = n_V (s0⁴ + s1⁴)/4 + n_T (i40(h0) + i40(h1)), sc = n_V (i22(h0) + i22(h1)) + n_T (s0⁴ + s1⁴)/4,
     cc = n_V (2 - c0⁴ - c1⁴)/4 + n_T (i22(h0) + i22(h1)), with the integrals of sin⁴ and sin² cos² from 0 to h,
-    i40 = (3h - 3sc - 2s³c)/8 and i22 = (h - sc (1 - 2s²))/8. ss + cc is :func:`gtao.kernels.arcs.cosine_arc`. The next
+    i40 = (3h - 3sc - 2s³c)/8 and i22 = (h - sc (1 - 2s²))/8. ss + cc is the visible share. The next
     order after the bent normal of ATVI-TR-19-01.
     """
     return _between(lambda *end: _second(nV, nT, *end), c0, c1)

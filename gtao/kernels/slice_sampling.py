@@ -1,6 +1,6 @@
 """Importance sampling of slices: azimuths about V in proportion to what an open slice holds.
 
-With slices drawn so, the mean of arc / full arc (:func:`gtao.kernels.arcs.cosine_arc` over
+With slices drawn so, the mean of arc / full arc (:func:`gtao.kernels.visible_arc.visible_arc` over
 :func:`gtao.kernels.arcs.full_slice`) estimates visibility; every term lies in [0, 1], and an open surface is exactly 1
 with a single slice. It pays for one random slice per pixel. Several evenly spaced slices are better left even: their
 errors cancel, those of random ones do not.

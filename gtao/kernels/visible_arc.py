@@ -52,7 +52,7 @@ def visible_arc(weighting, order, nV, nT, upper, lower=None, start=None):
 
     Returns:
         The share |n_p| â; from order 1 on |n_p| (t0, t1), its integrals of sin θ and cos θ; from order 2 on (ss, sc) of
-        sin² θ and sin θ cos θ. That of cos² θ is the share less ss (theory, eqs. (12), (14) and (98)).
+        sin² θ and sin θ cos θ. That of cos² θ is the share less ss (theory, eqs. (12), (14) and (122)).
     """
     attached = any(map(dr.grad_enabled, (nV, nT, *upper, *(lower or ()), *(start or ()))))
     with dr.suspend_grad():
@@ -67,7 +67,7 @@ def visible_arc(weighting, order, nV, nT, upper, lower=None, start=None):
         by_ends = [_by_end(end, None if by_normal is None else (nV, nT), order) for end in ends]
     result = []
     for m, value in enumerate(values):
-        # The derivatives of the terms are longer, and infinite at c = 1 (theory, eq. (89)).
+        # The derivatives of the terms are longer, and infinite at c = 1 (theory, eqs. (89) and (123)).
         change = 0 if by_normal is None else by_normal[m][0] * nV + by_normal[m][1] * nT
         for end, by_c in zip(ends, by_ends, strict=True):
             change = change + by_c[m] * _limited(end.c)
@@ -139,13 +139,15 @@ def _tangent(start, order):
     return found
 
 
-def _cosine(order, q, k, c=None, c3=None, s3=None, q2=None, s3c=None):
+def _cosine(order, q, k, *others: Any):
     """Pairs of the factors of n_V and n_T in the share and the moments."""
     pairs = [(0.5 * q, 0.5 * k)]
     if order:
+        c, c3, s3 = others[:3]
         across = s3 * (1 / 3)
         pairs += [(across, dr.fma(c, -3, 4 + c3) * (1 / 3)), ((2 - c3) * (1 / 3), across)]
     if order > 1:
+        q2, s3c = others[3:]
         across = 0.25 * q2
         pairs += [(across, dr.fma(k, 3, -2 * s3c) * (1 / 8)), (dr.fma(s3c, 2, k) * (1 / 8), across)]
     return pairs

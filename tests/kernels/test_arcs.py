@@ -5,6 +5,7 @@ import pytest
 from oracles import golden, slice_oracle
 
 from gtao.kernels import arcs, slices
+from gtao.kernels.visible_arc import visible_arc
 
 HALF_PI = np.pi / 2
 
@@ -36,9 +37,9 @@ def test_cosine_arc_golden(precision):
 
     c0 = precision.lanes([np.cos(o["h0"]) for _, o in cases])
     c1 = precision.lanes([np.cos(o["h1"]) for _, o in cases])
-    got = np.array(arcs.cosine_arc(column("nV", 0), column("nT", 0), c0, c1))
+    got = np.array(visible_arc("cosine", 0, column("nV", 0), column("nT", 0), (c0, c1))[0])
     assert got == pytest.approx([o["cos_arc_weighted"] for _, o in cases], abs=precision.tolerance)
-    got = np.array(arcs.uniform_arc(c0, c1))
+    got = 2 * np.array(visible_arc("uniform", 0, None, None, (c0, c1))[0])
     assert got == pytest.approx([o["uniform_arc"] for _, o in cases], abs=precision.tolerance)
 
 
@@ -46,15 +47,17 @@ def test_cosine_arc_against_quadrature(precision):
     nV, nT, h0, h1 = random_slices()
     want = [slice_oracle.arc(*case) for case in zip(nV, nT, h0, h1, strict=True)]
     c0, c1 = precision.lanes(np.cos(h0)), precision.lanes(np.cos(h1))
-    got = np.array(arcs.cosine_arc(precision.lanes(nV), precision.lanes(nT), c0, c1))
+    got = np.array(visible_arc("cosine", 0, precision.lanes(nV), precision.lanes(nT), (c0, c1))[0])
     assert got == pytest.approx([w.cosine for w in want], abs=precision.tolerance)
-    assert np.array(arcs.uniform_arc(c0, c1)) == pytest.approx([w.uniform for w in want], abs=precision.tolerance)
+    assert 2 * np.array(visible_arc("uniform", 0, None, None, (c0, c1))[0]) == pytest.approx(
+        [w.uniform for w in want], abs=precision.tolerance
+    )
 
 
 def test_horizon_cosine_of_one_by_rounding_is_no_nan(precision):
     """A sample straight toward the eye has cosine 1 and, rounded, a little more."""
     above = precision.lanes([1.0, 1.0 + 1e-6, 1.0 + 1e-3])
-    got = np.array(arcs.cosine_arc(precision.lanes([0.8] * 3), precision.lanes([0.6] * 3), above, above))
+    got = np.array(visible_arc("cosine", 0, precision.lanes([0.8] * 3), precision.lanes([0.6] * 3), (above, above))[0])
     assert got == pytest.approx(0.0, abs=precision.tolerance)
 
 
@@ -62,7 +65,7 @@ def test_high_horizons_keep_their_digits(precision):
     """The two terms of h - s c cancel as h³: near the viewer an arc is small, and still right in its own digits."""
     c = precision.lanes(1 - np.logspace(-6, np.log10(2), 400))
     zero, one = precision.lanes(np.zeros(400)), precision.lanes(np.ones(400))
-    got = np.array(arcs.cosine_arc(zero, 2 * one, one, c), dtype=np.float64)
+    got = np.array(visible_arc("cosine", 0, zero, 2 * one, (one, c))[0], dtype=np.float64)
     h = np.arccos(np.array(c, dtype=np.float64))
     # h - sin 2h / 2 by its series where the difference of doubles has few digits itself.
     want = np.where(h < 0.1, 2 / 3 * h**3 - 2 / 15 * h**5 + 4 / 315 * h**7, h - 0.5 * np.sin(2 * h))
@@ -105,9 +108,10 @@ def test_full_slice_golden_and_clamped_start(precision):
     nV, nT = lanes(cases)
     want = [o["full_slice"] for _, o in cases]
     c0, c1 = slices.clamped_start(nV, nT)
-    assert np.array(arcs.cosine_arc(nV, nT, c0, c1)) == pytest.approx(want, abs=precision.tolerance)
+    assert np.array(visible_arc("cosine", 0, nV, nT, (c0, c1))[0]) == pytest.approx(want, abs=precision.tolerance)
     gamma = np.array([o["gamma"] for _, o in cases])
-    assert np.array(arcs.tangent_arc(nV, nT, c0)) == pytest.approx(want, abs=precision.tolerance)
+    edge_on = visible_arc("cosine", 0, nV, nT, (c0, c1), (c0, c1), (c0, c1))[0]
+    assert np.array(edge_on) == pytest.approx(want, abs=precision.tolerance)
     assert np.array(c0) == pytest.approx(np.cos(gamma - HALF_PI), abs=precision.tolerance)
     assert np.array(c1) == pytest.approx(np.cos(gamma + HALF_PI), abs=precision.tolerance)
 
@@ -128,8 +132,8 @@ def slice_means(precision, nV, nT, h0, h1):
     c0, c1 = slices.clamped_start(nV, nT)
     c0 = precision.lanes(np.maximum(np.array(c0), np.cos(h0)))
     c1 = precision.lanes(np.maximum(np.array(c1), np.cos(h1)))
-    cosine = np.array(arcs.cosine_arc(nV, nT, c0, c1), dtype=np.float64).mean()
-    return cosine, np.array(arcs.uniform_arc(c0, c1), dtype=np.float64).mean() / 2
+    cosine = np.array(visible_arc("cosine", 0, nV, nT, (c0, c1))[0], dtype=np.float64).mean()
+    return cosine, np.array(visible_arc("uniform", 0, nV, nT, (c0, c1))[0], dtype=np.float64).mean()
 
 
 @pytest.mark.parametrize(("inputs", "outputs"), golden.cases("B.slices"))

@@ -7,6 +7,7 @@ from oracles import bitmask_oracle, golden, slice_oracle
 import drjit as dr  # isort: skip
 
 from gtao.kernels import arcs, bitmask, noise, slices
+from gtao.kernels.visible_arc import visible_arc
 
 SECTORS = (*range(1, 33), 64, 128)
 
@@ -93,7 +94,10 @@ def test_share_of_an_interval_is_that_of_its_arc(precision, mapping):
     start = slices.clamped_start(nV, nT)
     constants, weight = bitmask.slice_map(mapping, nV, nT, start)
     x0, x1 = (bitmask.position(mapping, constants, start[side], side, c) for side, c in ((0, c0), (1, c1)))
-    arc = {"uniform": 0.5 * arcs.uniform_arc(c0, c1), "cosine": arcs.cosine_arc(nV, nT, c0, c1)}[mapping]
+    arc = {
+        "uniform": visible_arc("uniform", 0, nV, nT, (c0, c1))[0],
+        "cosine": visible_arc("cosine", 0, nV, nT, (c0, c1))[0],
+    }[mapping]
     assert (weight * (x1 - x0))[0] == pytest.approx(arc[0], abs=precision.tolerance)
     full = {"uniform": precision.Float(1), "cosine": arcs.full_slice(nV, nT)}[mapping]
     assert weight[0] == pytest.approx(full[0], abs=precision.tolerance)

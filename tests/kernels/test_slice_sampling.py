@@ -5,6 +5,7 @@ import pytest
 from oracles import golden, slice_oracle
 
 from gtao.kernels import arcs, slice_sampling
+from gtao.kernels.visible_arc import visible_arc
 
 
 def tilt(precision, Gamma):
@@ -105,12 +106,14 @@ def test_sampled_slices_estimate_visibility(precision, N):
     h0, h1 = np.maximum(-horizon(azimuth + np.pi), gamma - np.pi / 2), np.minimum(horizon(azimuth), gamma + np.pi / 2)
     nV, nT = precision.Float(cosine), precision.lanes(nT)
     full = arcs.full_slice(nV, nT)
-    share = np.array(arcs.cosine_arc(nV, nT, precision.lanes(np.cos(h0)), precision.lanes(np.cos(h1))) / full)
+    share = np.array(
+        visible_arc("cosine", 0, nV, nT, (precision.lanes(np.cos(h0)), precision.lanes(np.cos(h1))))[0] / full
+    )
     assert share.min() >= 0
     assert share.max() <= 1 + precision.tolerance
     truth = slice_oracle.hemisphere(N, V, horizon).cosine
     # Midpoint rule over u of a periodic function with kinks: O(n^-2), a few 1e-7.
     assert share.mean(dtype=np.float64) == pytest.approx(truth, abs=max(precision.tolerance, 1e-6))
     ends = (precision.lanes(np.cos(gamma + side * np.pi / 2)) for side in (-1, 1))
-    open_share = np.array(arcs.cosine_arc(nV, nT, *ends) / full)
+    open_share = np.array(visible_arc("cosine", 0, nV, nT, tuple(ends))[0] / full)
     assert open_share == pytest.approx(1, abs=precision.tolerance)

@@ -11,7 +11,7 @@ __all__ = ["blended_length", "slice_values"]
 
 
 def slice_values(method, sl, upper, lower=None, start=None, *, clamped=False):
-    """The share of the open arcs and the moments of their directions; their means are theory, eqs. (10) and (98).
+    """The share of the open arcs and the moments of their directions; their means are theory, eqs. (10) and (124).
 
     Args:
         method: accumulator with ``weighting``, ``order``, ``bent_normal`` and ``arccosine``.
