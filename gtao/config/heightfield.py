@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from gtao.errors import ConfigError
 
-from ._checks import check_choice, check_count, check_number, check_positive
+from ._checks import check_choice, check_count, check_flag, check_number, check_positive
 from .codec import to_dict
 
 __all__ = ["HeightfieldHorizon", "HeightfieldRayMarch", "Reconstruction", "Weighting"]
@@ -28,12 +28,16 @@ class _Heightfield:
     radius: float = math.inf
     weighting: Weighting = "cosine"
     fetch: Reconstruction = "linear"
+    bent_normal: bool = False
+    directional: bool = False
     seed: int = 0
 
     def __post_init__(self) -> None:
         check_positive("radius", self.radius, infinite=True)
         check_choice("weighting", self.weighting, Weighting)
         check_choice("fetch", self.fetch, Reconstruction)
+        check_flag("bent_normal", self.bent_normal)
+        check_flag("directional", self.directional)
         check_count("seed", self.seed, 0, 2**32 - 1)
 
     def to_dict(self) -> dict[str, Any]:
@@ -59,6 +63,9 @@ class HeightfieldRayMarch(_Heightfield):
             hemisphere; eq. (2)).
         fetch: the surface between texel centres: "linear" interpolates 1/z (z in parallel projection), which is exact
             on planes, and breaks at depth edges (theory, eqs. (30) and (31)); "nearest" makes every texel a block.
+        bent_normal: also sum the open directions: ``mean_direction`` of the result. Unbiased, and exact in the open.
+        directional: also sum their spherical harmonics of bands 0 to 2, ``visibility_sh`` of the result, and the mean
+            direction with them.
         seed: selects the random numbers.
 
     Raises:
@@ -98,6 +105,10 @@ class HeightfieldHorizon(_Heightfield):
             hemisphere; eq. (2)).
         fetch: the surface between texel centres: "linear" interpolates 1/z (z in parallel projection), which is exact
             on planes, and breaks at depth edges (theory, eqs. (30) and (31)); "nearest" makes every texel a block.
+        bent_normal: also sum the open directions: ``mean_direction`` of the result, of the same nodes and weights as
+            the visibility.
+        directional: also sum their spherical harmonics of bands 0 to 2, ``visibility_sh`` of the result, and the mean
+            direction with them.
         seed: selects the random numbers.
 
     Raises:

@@ -18,7 +18,7 @@ __all__ = ["horizon_truth", "march_truth"]
 
 
 def march_truth(g: GBuffer, method: HeightfieldRayMarch, frame_index: int):
-    """Visibility and the variance of it, flat.
+    """Visibility and the directions that are asked for, flat, and the variance of the visibility.
 
     Raises:
         ConfigError: gradients are asked for.
@@ -29,15 +29,17 @@ def march_truth(g: GBuffer, method: HeightfieldRayMarch, frame_index: int):
         n_steps=method.n_steps,
         weighting=method.weighting,
         unlimited=math.isinf(plain(method.radius)),
+        directions=method.bent_normal or method.directional,
     )
-    visibility, variance = ray_march.visibility(*_arguments(g, method, switches, frame_index))
+    visibility, variance, directions = ray_march.visibility(*_arguments(g, method, switches, frame_index))
+    results = (visibility, *_asked(method, directions))
     # Read one after the other, each would march all rays.
-    dr.eval(visibility, variance)
-    return (visibility,), variance
+    dr.eval(results, variance)
+    return results, variance
 
 
 def horizon_truth(g: GBuffer, method: HeightfieldHorizon, frame_index: int):
-    """Visibility, flat.
+    """Visibility and the directions that are asked for, flat.
 
     Raises:
         ConfigError: gradients are asked for.
@@ -48,8 +50,18 @@ def horizon_truth(g: GBuffer, method: HeightfieldHorizon, frame_index: int):
         longest_px=math.sqrt(2) / method.steps_per_pixel,
         weighting=method.weighting,
         unlimited=math.isinf(plain(method.radius)),
+        directions=method.bent_normal or method.directional,
     )
-    return (dense_horizon.visibility(*_arguments(g, method, switches, frame_index)),)
+    visibility, directions = dense_horizon.visibility(*_arguments(g, method, switches, frame_index))
+    results = (visibility, *_asked(method, directions))
+    if directions:
+        dr.eval(results)
+    return results
+
+
+def _asked(method: Any, directions: Any):
+    """The mean direction, and the harmonics of band 2 if they are asked for."""
+    return directions if method.directional else directions[:3]
 
 
 def _arguments(g: GBuffer, method: Any, switches: Any, frame_index: int):

@@ -15,6 +15,7 @@ from . import noise
 from .blocked_angles import Line, swept
 from .depth_cells import basis
 from .direction_nodes import Nodes
+from .open_directions import Sums
 
 __all__ = ["Switches", "visibility"]
 
@@ -31,10 +32,14 @@ class Switches:
     longest_px: float  # of a piece of a line that is looked at at once
     weighting: str
     unlimited: bool  # the radius is infinite
+    directions: bool  # sum the open directions too
 
 
 def visibility(view_z, cells, normal, k: Switches, view, types):
     """Share of the weighted hemisphere that is open, 1 on the background.
+
+    With ``k.directions`` the second result is :meth:`gtao.kernels.open_directions.Sums.in_view` of the same nodes and
+    weights, 0 on the background; else it is empty.
 
     Args:
         view_z: flat depth, inf on the background.
@@ -62,21 +67,40 @@ def visibility(view_z, cells, normal, k: Switches, view, types):
     b1, b2 = basis(V)
     rotation, jitter = noise.pattern("white", xi, yi, 0, 0, view.key, Float)
 
-    def body(i, offset, open_weight, weight):
+    cosine = k.weighting == "cosine"
+    n_moments = 5 if k.directions else 1
+
+    def body(i, offset, open_weight, weight, *directions):
         q, c = dr.sincos((Float(i) + rotation) * (math.pi / k.n_slices))
         T = tuple(dr.fma(c, a, q * b) for a, b in zip(b1, b2, strict=True))
         nT = dr.fma(normal[0], T[0], dr.fma(normal[1], T[1], normal[2] * T[2]))
         nodes = Nodes.of(nV, nT, offset, k.n_words)
         line = Line.of(T, V, point, cells, view, k.unlimited)
         blocked = _blocked(line, nodes, cells, w0, surface, k, types)
-        seen, whole = nodes.weigh(blocked, k.weighting == "cosine", types)
-        return i + 1, noise.frac(offset + noise.GOLDEN), open_weight + seen, weight + whole
+        seen, *moments, whole = nodes.weigh(blocked, cosine, types, n_moments)
+        if k.directions:
+            directions = (a + b for a, b in zip(directions, _sums(c, q, seen, *moments), strict=True))
+        return i + 1, noise.frac(offset + noise.GOLDEN), open_weight + seen, weight + whole, *directions
 
-    zero = dr.zeros(Float, dr.width(x))
-    _, _, open_weight, weight = dr.while_loop(
-        (UInt(0), jitter, zero, zero), lambda i, *_: i < 2 * k.n_slices, body, label="half-slices"
+    width = dr.width(x)
+    zero = dr.zeros(Float, width)
+    directions = Sums.zero(Float, width) if k.directions else ()
+    _, _, open_weight, weight, *directions = dr.while_loop(
+        (UInt(0), jitter, zero, zero, *directions), lambda i, *_: i < 2 * k.n_slices, body, label="half-slices"
     )
-    return dr.select(surface, open_weight / weight, 1)
+    share = open_weight / weight
+    visible = dr.select(surface, share, 1)
+    if not k.directions:
+        return visible, ()
+    means = Sums(*(total / weight for total in directions))
+    return visible, tuple(dr.select(surface, mean, 0) for mean in means.in_view(share, (b1, b2, V)))
+
+
+def _sums(c, q, seen, s1, c1, ss, sc):
+    """Sums of a half-slice with the tangent c b1 + q b2, in the frame (b1, b2, V), from its moments in the plane."""
+    return Sums(
+        x=s1 * c, y=s1 * q, z=c1, xy=ss * (c * q), yz=sc * q, zz=seen - ss, xz=sc * c, xx_yy=ss * dr.fma(c, c, -q * q)
+    )
 
 
 def _blocked(line: Line, nodes: Nodes, cells, w0, active, k, types):

@@ -61,25 +61,31 @@ class Nodes:
             words.append(dr.select(some, bits, 0))
         return words
 
-    def weigh(self, blocked, cosine, types):
+    def weigh(self, blocked, cosine, types, moments=1):
         """Weight of the nodes that are open, and of all.
 
         A node weighs its spacing times |sin θ|, and with ``cosine`` times ⟨N, ω⟩: the rectangle rule.
+
+        Args:
+            moments: how many of the factors 1, sin θ, cos θ, sin² θ and sin θ cos θ to sum with the weights of open
+                nodes.
+
+        Returns:
+            These sums, one after the other, and the weight of all nodes.
         """
         Float, UInt = types.Float, types.UInt
         spacing = dr.select(self.rate > 0, 1 / self.rate, 0)
-        open_weight = weight = dr.zeros(Float, dr.width(self.low))
+        sums = tuple(dr.zeros(Float, dr.width(self.low)) for _ in range(moments + 1))
         for number, word in enumerate(blocked):
 
-            def body(bit, open_weight, weight, word=word, first=PER_WORD * number):
+            def body(bit, *sums, word=word, first=PER_WORD * number):
                 node = Float(bit) + self.offset + first
                 s, c = dr.sincos(dr.fma(node, spacing, self.low))
                 w = s * dr.fma(self.nV, c, self.nT * s) if cosine else s
                 w = dr.select(w > 0, w * spacing, 0)
-                is_open = ((word >> bit) & 1) == 0
-                return bit + 1, open_weight + dr.select(is_open, w, 0), weight + w
+                seen = dr.select(((word >> bit) & 1) == 0, w, 0)
+                terms = (seen, seen * s, seen * c, seen * s * s, seen * s * c)[:moments]
+                return bit + 1, *(a + b for a, b in zip(sums, (*terms, w), strict=True))
 
-            _, open_weight, weight = dr.while_loop(
-                (UInt(0), open_weight, weight), lambda bit, *_: bit < PER_WORD, body, label="nodes"
-            )
-        return open_weight, weight
+            _, *sums = dr.while_loop((UInt(0), *sums), lambda bit, *_: bit < PER_WORD, body, label="nodes")
+        return tuple(sums)

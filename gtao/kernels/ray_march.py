@@ -1,12 +1,13 @@
 """Brute force on a depth buffer: rays over the hemisphere of every pixel, no slices and no horizons."""
 
-import math
 from dataclasses import dataclass
 
 import drjit as dr
 
 from . import depth_bounds, noise, ray_path
 from .depth_cells import basis
+from .open_directions import Sums
+from .strata import Strata
 
 __all__ = ["Switches", "visibility"]
 
@@ -23,6 +24,7 @@ class Switches:
     n_steps: int | None  # None follows every ray exactly
     weighting: str
     unlimited: bool  # the radius is infinite
+    directions: bool  # sum the open directions too
 
     @property
     def n_rays(self):
@@ -34,6 +36,10 @@ def visibility(view_z, cells, normal, k: Switches, view, types):
 
     Rays are stratified in azimuth about the normal and in elevation, two to a stratum. The variance of the mean of N
     rays is the sum over strata of the squared difference of the two, over N² (theory, eq. (77)).
+
+    With ``k.directions`` the third result is :meth:`gtao.kernels.open_directions.Sums.in_view`, 0 on the background;
+    else it is empty. Where both rays of a stratum are open they stand for all its directions, whose mean is known, so
+    that only strata which an edge of the visible set passes through leave noise (theory, below eq. (77)).
 
     Args:
         view_z: flat depth, inf on the background.
@@ -51,26 +57,19 @@ def visibility(view_z, cells, normal, k: Switches, view, types):
     z = dr.select(surface, view_z, 1)
     point = (x, y, dr.fma(x, view.ax, view.bx), dr.fma(y, view.ay, view.by), z)
     w0 = cells.w(z)
-    b1, b2 = basis(normal)
+    frame = (*basis(normal), normal)
     bounds = depth_bounds.pyramid(cells) if k.n_steps is None else None
     stream = noise.pcg(noise.pcg(xi) + yi) + view.key
+    strata = Strata(k.n_directions // 2, k.rays_per_direction, k.weighting == "cosine")
 
-    def direction(azimuth, elevation, u, v):
-        share = (Float(elevation) + u) * (1 / k.rays_per_direction)
-        sine, cosine = dr.sincos((Float(azimuth >> 1) + v) * (4 * math.pi / k.n_directions))
-        if k.weighting == "cosine":
-            up, out = dr.sqrt(1 - share), dr.sqrt(share)
-        else:
-            up, out = 1 - share, dr.sqrt(share * (2 - share))
-        cosine, sine = cosine * out, sine * out
-        return tuple(dr.fma(cosine, p, dr.fma(sine, q, up * n)) for p, q, n in zip(b1, b2, normal, strict=True))
-
-    def body(ray, n_open, n_pairs, previous):
+    def body(ray, n_open, n_pairs, previous, *directions):
         elevation = ray // k.n_directions
         azimuth = ray - elevation * k.n_directions
+        stratum = Float(azimuth >> 1), Float(elevation)
         bits = noise.pcg(stream + ray * STRIDE)
         u, bits = _unit(bits, Float), noise.pcg(bits)
-        d = direction(azimuth, elevation, u, _unit(bits, Float))
+        local = strata.direction(*stratum, u, _unit(bits, Float))
+        d = tuple(_combine(local, axis) for axis in zip(*frame, strict=True))
         path = ray_path.over_image(d, point, w0, cells, view, k.unlimited)
         if bounds is not None:
             hit = ray_path.passes_behind(path, cells, bounds, surface, types)
@@ -78,14 +77,32 @@ def visibility(view_z, cells, normal, k: Switches, view, types):
             jitter = _unit(noise.pcg(bits), Float)
             hit = ray_path.found_behind(path, cells, k.n_steps, jitter, surface, types)
         is_open = dr.select(hit, Float(0), 1)
-        unlike = ((ray & 1) == 1) & (is_open != previous)
-        return ray + 1, n_open + is_open, n_pairs + dr.select(unlike, Float(1), 0), is_open
+        second = (ray & 1) == 1
+        unlike = second & (is_open != previous)
+        if k.directions:
+            first, sums = directions[:3], directions[3:]
+            of_pair = zip(sums, Sums.of(*first), Sums.of(*local), strata.mean(*stratum), strict=True)
+            n_of_pair = dr.select(second, is_open + previous, 0)
+            sign = dr.select(second, is_open - previous, 0)
+            directions = (*local, *(dr.fma(sign, b - a, dr.fma(n_of_pair, m, s)) for s, a, b, m in of_pair))
+        return ray + 1, n_open + is_open, n_pairs + dr.select(unlike, Float(1), 0), is_open, *directions
 
-    zero = dr.zeros(Float, dr.width(x))
-    _, n_open, n_pairs, _ = dr.while_loop(
-        (UInt(0), zero, zero, zero), lambda ray, *_: ray < k.n_rays, body, label="rays"
+    width = dr.width(x)
+    zero = dr.zeros(Float, width)
+    directions = (zero, zero, zero, *Sums.zero(Float, width)) if k.directions else ()
+    _, n_open, n_pairs, _, *directions = dr.while_loop(
+        (UInt(0), zero, zero, zero, *directions), lambda ray, *_: ray < k.n_rays, body, label="rays"
     )
-    return dr.select(surface, n_open * (1 / k.n_rays), 1), dr.select(surface, n_pairs * (1 / k.n_rays**2), 0)
+    share = n_open * (1 / k.n_rays)
+    visible, variance = dr.select(surface, share, 1), dr.select(surface, n_pairs * (1 / k.n_rays**2), 0)
+    if not k.directions:
+        return visible, variance, ()
+    means = Sums(*(total * (1 / k.n_rays) for total in directions[3:]))
+    return visible, variance, tuple(dr.select(surface, mean, 0) for mean in means.in_view(share, frame))
+
+
+def _combine(local, axis):
+    return dr.fma(local[0], axis[0], dr.fma(local[1], axis[1], local[2] * axis[2]))
 
 
 def _unit(bits, Float):

@@ -94,3 +94,7 @@ def test_blocked_nodes_weigh_nothing(precision):
         weight = np.sin(theta) * (0.7 * np.cos(theta) + 0.4 * np.sin(theta)) * spacing
         assert whole == pytest.approx(weight.sum(), rel=1e-5)
         assert seen == pytest.approx(weight[~blocked].sum(), rel=1e-5)
+        moments = [float(np.array(v)[0]) for v in got.weigh(words, True, T, 5)]
+        factors = np.stack([0 * theta + 1, np.sin(theta), np.cos(theta), np.sin(theta) ** 2])
+        factors = np.concatenate([factors, [np.sin(theta) * np.cos(theta)]])
+        assert moments == pytest.approx([*(factors @ (weight * ~blocked)), weight.sum()], abs=1e-5 * weight.sum())
