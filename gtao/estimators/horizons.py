@@ -15,11 +15,12 @@ from gtao.config import (
     SampleCut,
     plain,
 )
+from gtao.errors import ConfigError
 from gtao.gbuffer import GBuffer
 from gtao.kernels.accumulators import Horizon, SphereCut
 from gtao.kernels.shaping import small_radius_fade
 
-from .attached import is_attached
+from .attached import attached_numbers, is_attached
 from .marching import march_frame, opaque
 from .soft import softened
 
@@ -27,7 +28,16 @@ __all__ = ["horizon_visibility"]
 
 
 def horizon_visibility(g: GBuffer, method: GTAO, frame_index: int, max_pixels: int | None):
-    """What the march of :class:`gtao.GTAO` gives, before power and floor."""
+    """What the march of :class:`gtao.GTAO` gives, before power and floor.
+
+    Raises:
+        ConfigError: gradients are asked for beside a baseline that has none.
+    """
+    if method.bent_normal == "average_horizon" and (g.is_attached or attached_numbers(method)):
+        raise ConfigError(
+            "bent_normal='average_horizon' is a baseline without derivative; choose bent_normal=True, or detach the"
+            " frame, the camera and the options"
+        )
     radius = min(method.search_radius, getattr(method.falloff, "end", math.inf))
     exact = method.falloff is None and not math.isinf(plain(radius))
     accumulator = _sphere_cut(g, method, radius) if exact else _horizon(g, method)
