@@ -85,6 +85,18 @@ def methods(entries):
     return table(["", *(f"{e['size']}, {e['counts']}" for e in entries)], body)
 
 
+MISSING = "This record has no such part."
+
+
+def directions(entries):
+    names = [name for name in entries[0]["rows"] if name != "visibility"]
+    body = []
+    for e in entries:
+        ratios = (f"{e['rows'][n]['ratio']['median']:.2f}" if n in e["rows"] else "–" for n in names)
+        body.append([e["size"], e["counts"], e["method"], *ratios])
+    return table(["frame", "slices × steps", "method", *names], body)
+
+
 def soft(entries):
     body = [
         [e["size"], e["counts"], name, ms(row["best_s"]), f"{row['ratio']['median']:.2f}"]
@@ -155,9 +167,6 @@ def device(numbers):
     return table(["", "slices × steps", "kernels, ms", "call, ms", "frozen call, ms", "share of bandwidth"], body)
 
 
-MISSING = "This record has no such part."
-
-
 def kernels(found):
     """What a device does, and how much of its memory's bandwidth that is."""
     return f"""\
@@ -202,6 +211,12 @@ Gradients by soft horizons, which go through all samples:
 Approximate arc cosines, with that estimator:
 
 {arccosines(n["methods"]["entries"])}
+
+### Directions
+
+Time over that of the visibility alone, with nothing but the estimate and with the gradients of a loss:
+
+{directions(n["directions"]["entries"]) if "directions" in n else MISSING}
 
 ### Pyramid
 

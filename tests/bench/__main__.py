@@ -25,6 +25,7 @@ SECTIONS = (
     "forward",
     "gradient",
     "methods",
+    "directions",
     "pyramid",
     "growth",
     "threads",

@@ -55,6 +55,15 @@ def _gradient(counts, kind=GRADIENT):
     return find
 
 
+def _directions(counts, kind):
+    def find(n):
+        size = _main_size(n, "directions")
+        entry = _entry(n, "directions", size=size, counts=counts, method="linear falloff")
+        return size, *_over(entry["rows"], kind, ["visibility"])
+
+    return find
+
+
 def _torch(kind):
     def find(n):
         size, theirs = _main_size(n, "gradient"), f"PyTorch, {GRADIENT}"
@@ -125,6 +134,10 @@ GOALS = (
     ("with fused gradients over without, 1x32", 1.4, True, _gradient("1x32", FUSED)),
     ("gradients, times as fast as PyTorch", 15.0, False, _torch(GRADIENT)),
     ("fused gradients, times as fast as PyTorch", 15.0, False, _torch(FUSED)),
+    ("bent normals over visibility alone, 1x8", 1.15, True, _directions("1x8", "bent normals")),
+    ("bent normals over visibility alone, 9x3", 1.15, True, _directions("9x3", "bent normals")),
+    ("nine harmonics over visibility alone, 1x8", 1.35, True, _directions("1x8", "spherical harmonics")),
+    ("nine harmonics over visibility alone, 9x3", 1.35, True, _directions("9x3", "spherical harmonics")),
     ("memory with gradients, MB", 60.0, True, _memory(GRADIENT, "1080p", 1e6, "dr")),
     ("memory with fused gradients, MB", 60.0, True, _memory(FUSED, "1080p", 1e6, "dr")),
     ("memory, GB", 1.0, True, _memory(ESTIMATE, "8K", 1e9, "process")),

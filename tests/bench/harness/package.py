@@ -8,6 +8,7 @@ from .work import FRAME_INDEX
 
 __all__ = [
     "bands",
+    "directions",
     "estimate",
     "estimate_new_frame",
     "frozen_estimate",
@@ -31,6 +32,17 @@ def estimate(g, method):
 
     def run():
         dr.eval(gtao.ambient_occlusion(g, method, frame_index=FRAME_INDEX).visibility)
+
+    return run
+
+
+def directions(g, method, tensors=False):
+    """One estimate with everything that the method gives, in planes or as tensors."""
+
+    def run():
+        ao = gtao.ambient_occlusion(g, method, frame_index=FRAME_INDEX)
+        name = "visibility_sh" if method.directional else "mean_direction"
+        dr.eval(ao.visibility, getattr(ao, name) if tensors else ao.planes(name).arrays)
 
     return run
 
