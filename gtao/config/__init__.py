@@ -15,6 +15,15 @@ from .filters import EdgeAwareFilter, PlaneAwareFilter, SpatialFilter
 from .gtao import GTAO
 from .hbao import HBAO
 from .heightfield import HeightfieldHorizon, HeightfieldRayMarch
+from .lighting import (
+    BentNormalIrradiance,
+    ClippedCone,
+    ConeSH,
+    MomentZH,
+    OcclusionTimesIrradiance,
+    SliceMoments,
+    TripleProduct,
+)
 from .named import NAMED, NamedMethod, named, with_budget
 from .pipeline import Pipeline
 from .pyramid import DepthPyramid
@@ -32,6 +41,9 @@ __all__ = [
     "GTAO",
     "HBAO",
     "NAMED",
+    "BentNormalIrradiance",
+    "ClippedCone",
+    "ConeSH",
     "ConstantThickness",
     "ContinuityThickness",
     "DepthCut",
@@ -44,15 +56,19 @@ __all__ = [
     "LinearFalloff",
     "LinearThickness",
     "MeasuredThickness",
+    "MomentZH",
     "NamedMethod",
     "NoCut",
+    "OcclusionTimesIrradiance",
     "Pipeline",
     "PlaneAwareFilter",
     "QuadraticFalloff",
     "RunningThickness",
     "SampleCut",
     "SliceMethod",
+    "SliceMoments",
     "SpatialFilter",
+    "TripleProduct",
     "VisibilityBitmask",
     "deviations",
     "faithful",
@@ -67,6 +83,7 @@ register(LinearFalloff, QuadraticFalloff, IndexFalloff, SampleCut, NoCut)
 register(RunningThickness, DepthCut, ConstantThickness, ContinuityThickness, LinearThickness, MeasuredThickness)
 register(EdgeAwareFilter, SpatialFilter, PlaneAwareFilter)
 register(DepthPyramid)
+register(SliceMoments, MomentZH, ConeSH, ClippedCone, TripleProduct, BentNormalIrradiance, OcclusionTimesIrradiance)
 
 
 def method_from_dict(data: dict[str, Any]) -> Any:

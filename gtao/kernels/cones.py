@@ -7,6 +7,7 @@ t = π, p = 0 for a cone that is not cut; t = 0, p = π where the hemisphere is 
 """
 
 import math
+from typing import Any
 
 import drjit as dr
 
@@ -95,7 +96,7 @@ def energy(c, cb, sb):
     return dr.replace_grad(value, by_c * c + by_beta * (still[0] * sb - still[1] * cb))
 
 
-def matched_aperture(A, cb, sb):
+def matched_aperture(A, cb, sb) -> Any:
     """cos α of the cone that the tangent plane leaves the cosine-weighted visibility A, in [-sin β, 1].
 
     √(1 - A / cos β) where it leaves the cone whole, that is up to A = cos³ β; else the root of :func:`energy`, by
