@@ -34,6 +34,9 @@ def render(
     ] = math.inf,
     bounces: Annotated[int, typer.Option(min=0, help="Also trace transport images T_1 … T_K up to this K.")] = 0,
     layers: Annotated[int, typer.Option(min=0, help="Also peel this many bodies along every pixel's ray.")] = 0,
+    directional: Annotated[
+        bool, typer.Option("--directional", help="Also write spherical harmonics of the visibility, bands 0 to 2.")
+    ] = False,
     seed: Seed = 0,
 ) -> None:
     """Mitsuba scene -> EXR with G-buffer and ray-traced ground truth."""
@@ -48,6 +51,7 @@ def render(
             max_distance=max_distance,
             n_bounces=bounces,
             n_layers=layers,
+            directional=directional,
             seed=seed,
             progress=bars,
         )

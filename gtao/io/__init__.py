@@ -14,6 +14,7 @@ from .codecs import Packing as Packing
 from .directions import Directions as Directions
 from .directions import direction_channels as direction_channels
 from .directions import direction_manifest as direction_manifest
+from .directions import directions_of as directions_of
 from .directions import read_directions as read_directions
 from .environments import read_environment as read_environment
 from .environments import write_environment as write_environment

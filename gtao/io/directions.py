@@ -76,11 +76,10 @@ def directions_of(ao: Any) -> Directions:
     return Directions(**{name: _array(getattr(ao, name)) for name in names}, weighting=weighting_of(ao.config))
 
 
-def direction_channels(ao: Any) -> dict[str, Any]:
-    """What of an estimate goes into ``extra`` of :func:`gtao.io.write_gbuffer`: ``visibility.mean``, and as far as the
-    estimate has them ``bent``, ``mean_direction`` and ``visibility_sh``.
+def direction_channels(found: Directions) -> dict[str, np.ndarray]:
+    """What goes into ``extra`` of :func:`gtao.io.write_gbuffer`: ``visibility.mean``, and as far as they are there
+    ``bent``, ``mean_direction`` and ``visibility_sh``.
     """
-    found = directions_of(ao)
     named = {
         "visibility.mean": found.visibility,
         "bent": found.bent_normal,
@@ -90,9 +89,8 @@ def direction_channels(ao: Any) -> dict[str, Any]:
     return {name: values for name, values in named.items() if values is not None}
 
 
-def direction_manifest(ao: Any) -> dict[str, Any]:
+def direction_manifest(found: Directions) -> dict[str, Any]:
     """What a reader of the channels has to know, for the manifest; empty without directions."""
-    found = directions_of(ao)
     if found.bent_normal is None and found.mean_direction is None and found.visibility_sh is None:
         return {}
     told: dict[str, Any] = {"frame": "view: +x right, +y up, the camera looks along -z", "weighting": found.weighting}

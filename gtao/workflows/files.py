@@ -29,6 +29,21 @@ def _step(progress: Report | None, task: str) -> Callable[[int, int], None] | No
     return None if progress is None else lambda done, total: progress(task, done, total)
 
 
+def _truth(scene: Any, g: Any, *numbers: Any, **options: Any) -> tuple[io.Directions, Any]:
+    """What rays find, and the variance of their visibility."""
+    traced = render.visibility(scene, g, *numbers, **options)
+    return io.Directions(visibility=traced.mean.numpy(), bent_normal=traced.bent_normal.numpy()), traced.variance
+
+
+def _directional_truth(scene: Any, g: Any, *numbers: Any, **options: Any) -> tuple[io.Directions, Any]:
+    """The same rays, and the coefficients of bands 0 to 2."""
+    traced = render.directional(scene, g, *numbers, **options)
+    names = ("visibility", "bent_normal", "mean_direction")
+    found = io.Directions(**{name: getattr(traced, name).numpy() for name in names}, visibility_sh=traced.mean.numpy())
+    zeroth = 2 / math.sqrt(math.pi)  # from the coefficient of band 0 to visibility
+    return found, zeroth**2 * traced.variance.numpy()[..., 0]
+
+
 def render_scene(
     source: str,
     output: Path,
@@ -40,6 +55,7 @@ def render_scene(
     max_distance: float = math.inf,
     n_bounces: int = 0,
     n_layers: int = 0,
+    directional: bool = False,
     seed: int = 0,
     progress: Report | None = None,
 ) -> None:
@@ -55,6 +71,7 @@ def render_scene(
         max_distance: reach of occluders in scene units.
         n_bounces: transport images T_1 … T_K to trace as well; 0 for none.
         n_layers: bodies along every pixel's ray to peel as well; 0 for none.
+        directional: also write the visibility in spherical harmonics of bands 0 to 2, from the same rays.
         seed: of the random numbers.
         progress: called as ``progress(task, done, total)``.
 
@@ -70,12 +87,14 @@ def render_scene(
         raise SceneError(f"no pixel of scene {source} shows a surface; point its camera at one")
     if n_layers:
         g = g.with_layers(render.layers(scene, g, n_layers, sensor=sensor))
-    truth = render.visibility(scene, g, max_distance, spp, seed, sensor=sensor, progress=_step(progress, "visibility"))
-    extra: dict[str, Any] = {
-        "visibility.mean": truth.mean,
-        "visibility.var": truth.variance,
-        "visibility.count": np.where(g.mask.numpy(), np.float32(truth.count), np.float32(0)),
-        "bent": truth.bent_normal,
+    trace = _directional_truth if directional else _truth
+    truth, variance = trace(
+        scene, g, max_distance, spp, seed, sensor=sensor, normals=normals, progress=_step(progress, "visibility")
+    )
+    extra = {
+        **io.direction_channels(truth),
+        "visibility.var": variance,
+        "visibility.count": np.where(g.mask.numpy(), np.float32(spp), np.float32(0)),
     }
     if n_bounces:
         transport = render.transport(
@@ -97,10 +116,12 @@ def render_scene(
         "max_distance": max_distance,
         "n_bounces": n_bounces,
         "n_layers": n_layers,
+        "directional": directional,
         "seed": seed,
         "fingerprint": render.fingerprint(scene, sensor),
     }
-    io.write_gbuffer(output, g, extra=extra, manifest={"made_by": f"gtao {__version__} render", "config": config})
+    manifest = {"made_by": f"gtao {__version__} render", "config": config, **io.direction_manifest(truth)}
+    io.write_gbuffer(output, g, extra=extra, manifest=manifest)
 
 
 def _camera(camera_file: Path | None, fov_y: float | None, source: Path) -> tuple[Any, Any]:
@@ -178,9 +199,10 @@ def occlusion_file(
         "config": {**pipeline.to_dict(), "frame_index": frame_index},
         "input": {"name": source.name, "sha256": io.sha256_file(source)},
     }
-    told = {**manifest, **io.direction_manifest(ao)}
-    io.write_gbuffer(output, g, extra=io.direction_channels(ao), manifest=told)
-    return write_packings(ao, paths, manifest)
+    found = io.directions_of(ao)
+    told = {**manifest, **io.direction_manifest(found)}
+    io.write_gbuffer(output, g, extra=io.direction_channels(found), manifest=told)
+    return write_packings(found, paths, manifest)
 
 
 def export_fit(source: Path, language: str) -> str:

@@ -22,7 +22,7 @@ def _gives(method: Any, needs: str) -> bool:
         return True
     bent = getattr(method, "bent_normal", False)
     # The average horizon has a direction without a length.
-    return bent is True or (bent == "average_horizon" and needs == "bent_normal")
+    return (needs == "bent_normal" and bool(bent)) or (needs == "mean_direction" and bent is True)
 
 
 def packed_paths(output: Path, packings: Iterable[str], method: Any) -> dict[str, Path]:

@@ -10,7 +10,16 @@ from _directions import bent, cone, estimate, random_directions
 
 import gtao
 from gtao.errors import ConfigError, ShapeError
-from gtao.io import PACKINGS, Directions, direction_channels, direction_manifest, pack, packing_errors, unpack
+from gtao.io import (
+    PACKINGS,
+    Directions,
+    direction_channels,
+    direction_manifest,
+    directions_of,
+    pack,
+    packing_errors,
+    unpack,
+)
 from gtao.io.octahedral import (
     angle_bound,
     levels,
@@ -273,7 +282,7 @@ class TestRefused:
             visibility=ones[..., 0], bent_normal=ones, mean_direction=ones, visibility_sh=None, config=config
         )
         assert pack(ao, "rgba8").shape == (1, 1, 4)
-        assert set(direction_channels(ao)) == {"visibility.mean", "bent"}
+        assert set(direction_channels(directions_of(ao))) == {"visibility.mean", "bent"}
         with pytest.raises(ConfigError, match="stores mean_direction"):
             pack(ao, "moments8")
 
@@ -302,7 +311,7 @@ class TestRefused:
 
 
 def test_manifest_says_how_to_read_the_channels():
-    told = direction_manifest(estimate("uniform"))["directions"]
+    told = direction_manifest(directions_of(estimate("uniform")))["directions"]
     assert told["weighting"] == "uniform"
     assert told["visibility_sh"]["indices"] == [[0, 0], [1, -1], [1, 0], [1, 1], *([2, m] for m in range(-2, 3))]
     assert direction_manifest(Directions(visibility=np.ones((1, 1)))) == {}
