@@ -140,10 +140,7 @@ def _scanline(path: Path, data: bytes, position: int, width: int, where: str) ->
                 out += data[position + 1 : position + 2] * (count - 128)
                 position += 2
             else:
-                literal = data[position + 1 : position + 1 + count]
-                if count == 0 or len(literal) < count:
-                    raise _cut_short(path, where)
-                out += literal
+                out += data[position + 1 : position + 1 + count]
                 position += 1 + count
         if len(out) > component * width:
             raise _cut_short(path, where)

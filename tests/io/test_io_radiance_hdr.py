@@ -156,6 +156,7 @@ def test_damage_is_an_image_or_one_line(picture):
         (b"#?RADIANCE\n\n-Y 99999 +X 99999\n1234", "99999x99999, more than"),
         (b"#?RADIANCE\n" + b"x" * 100000, "its header is damaged or cut short"),
         (pictures.header("-Y 1 +X 9") + b"\x02\x02\x00\x08" + b"\x89\x01" * 4, "row 0 of 1"),
+        (pictures.header("-Y 1 +X 9") + b"\x02\x02\x01\x09" + b"\x89\x01" * 4, "row 0 of 1"),
         (pictures.header("-Y 1 +X 9") + b"\x02\x02\x00\x09" + b"\x8a\x01" * 4, "row 0 of 1"),
         (pictures.header("-Y 1 +X 9") + b"\x02\x02\x00\x09" + b"\x00" * 40, "row 0 of 1"),
         (pictures.header("-Y 1 +X 9") + b"\x01\x01\x01\x09" * 9, "row 0 of 1"),

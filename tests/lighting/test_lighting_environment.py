@@ -96,6 +96,14 @@ def test_projection_is_the_integral_of_the_lookup(turned):
     np.testing.assert_allclose(turned.project(6), expected, atol=1e-6)
 
 
+def test_high_bands_of_few_texels():
+    """Harmonics that oscillate between two rows."""
+    env = EnvironmentMap(np.random.default_rng(1).random((2, 4, 3)))
+    local, weights = cell_nodes(2, 4, 40)
+    expected = harmonics(local, 24).T @ (weights[:, None] * env.lookup(local))
+    np.testing.assert_allclose(env.project(24), expected, atol=1e-6)
+
+
 def test_projection_of_what_is_band_limited():
     """Interpolation blurs a fine map by the order of its squared step only."""
     c = lighting.von_mises_fisher([1, 2, -0.5], 2.0, [1, 0.5, 0.2]).project(4)
@@ -136,6 +144,17 @@ def test_irradiance_is_the_integral(turned):
     # Texels of 1.3° cut by the plane: a share of the order of their squared width is lost.
     np.testing.assert_allclose(turned.irradiance(n), expected, rtol=5e-4)
     assert turned.irradiance(n.reshape(5, 1, 3)).shape == (5, 1, 3)
+
+
+def test_irradiance_of_one_texel():
+    """Wholly above the plane, wide in azimuth, it is exact."""
+    image = np.zeros((130, 8, 3))
+    image[40, 2] = 5
+    env = EnvironmentMap(image)
+    local, weights = cell_nodes(130, 8, 8)
+    n = env.directions()[40, 2]
+    expected = (n @ local.T * weights) @ env.lookup(local)
+    np.testing.assert_allclose(env.irradiance(n), expected, rtol=1e-6)
 
 
 def test_irradiance_converges():
