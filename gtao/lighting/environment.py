@@ -80,7 +80,7 @@ class EnvironmentMap:
         """Bilinear radiance.
 
         Args:
-            directions: (…, 3) in the world frame, of any length but 0, pointing away from the viewer.
+            directions: (…, 3) in the world frame, of any length but 0, toward the light.
 
         Returns:
             (…, 3) float64 radiance.
@@ -94,7 +94,7 @@ class EnvironmentMap:
         column = phi / (2 * math.pi) * width - 0.5
         i, j = np.minimum(row.astype(np.int64), height - 2), np.floor(column).astype(np.int64)
         f, g = (row - i)[..., None], (column - j)[..., None]
-        image = self.radiance.astype(np.float64) if row.size >= height * width else self.radiance
+        image = self.radiance
         left, right = j % width, (j + 1) % width
         above = (1 - g) * image[i, left] + g * image[i, right]
         below = (1 - g) * image[i + 1, left] + g * image[i + 1, right]
