@@ -12,6 +12,9 @@ OPERATIONS = {
     "1x8 falloff": (942, {"n_slices": 1, "n_steps": 8, "radius": 0.5, "falloff": (0.2, 0.5)}),
     "1x8 sphere": (1412, {"n_slices": 1, "n_steps": 8, "radius": 0.5}),
     "9x3 sphere": (798, {"n_slices": 9, "n_steps": 3, "radius": 0.5}),
+    "1x8 falloff, bent": (1005, {"bent_normal": True, "n_slices": 1, "radius": 0.5, "falloff": (0.2, 0.5)}),
+    "1x8 falloff, directional": (1125, {"directional": True, "n_slices": 1, "radius": 0.5, "falloff": (0.2, 0.5)}),
+    "9x3 sphere, directional": (1023, {"directional": True, "n_slices": 9, "n_steps": 3, "radius": 0.5}),
     "16x32 unlimited": (2295, {"n_slices": 16, "n_steps": 32}),
 }
 
@@ -32,7 +35,9 @@ def method(options):
 def kernels(g, m, frame_index=0):
     with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
         dr.kernel_history_clear()
-        dr.eval(gtao.ambient_occlusion(g, m, frame_index=frame_index).visibility)
+        ao = gtao.ambient_occlusion(g, m, frame_index=frame_index)
+        planes = [ao.planes(name) for name in ("mean_direction", "visibility_sh")]
+        dr.eval(ao.visibility, [p.arrays for p in planes if p is not None])
         dr.sync_thread()
         return [k for k in dr.kernel_history() if k["type"] is dr.KernelType.JIT]
 
