@@ -9,7 +9,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from _validation import comparison, estimator, methods, multibounce, performance, preset
+from _validation import comparison, estimator, methods, multibounce, packing, performance, preset
 
 import gtao
 
@@ -31,7 +31,10 @@ def source(path, options=""):
 
 def pages():
     """File name -> text."""
-    paths = {name: ROOT / "references" / name / "record.json" for name in ("validation", "comparison", "performance")}
+    paths = {
+        name: ROOT / "references" / name / "record.json"
+        for name in ("validation", "comparison", "packing", "performance")
+    }
     paths |= {kind: newest(kind) for kind in ("occlusion", "multibounce")}
     records = {name: gtao.io.read_record(path) for name, path in paths.items()}
     validation = f"""{NOTICE}
@@ -52,6 +55,7 @@ Every number on this page comes from a record that a command replays:
     return {
         "validation.md": validation,
         "generated/performance.md": f"{NOTICE}\n\n{performance.section(records['performance'])}",
+        "generated/packing.md": f"{NOTICE}\n\n{packing.section(records['packing'])}",
         "generated/methods.md": f"{NOTICE}\n\n{methods.section(records['comparison'])}\n",
     }
 
