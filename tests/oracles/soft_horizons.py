@@ -50,7 +50,7 @@ def visibility(
             angle = phi if side > 0 else phi + np.pi
             texels, _ = slice_march.texels(field, row, column, angle, radius=radius, n_steps=n_steps)
             low = np.cos(gamma + side * np.pi / 2)
-            arcs = [_arc(field, texel, P, V, radius, falloff, low) for texel in texels]
+            arcs = [blocked_arc(field, texel, P, V, radius, falloff, low) for texel in texels]
             upper = boltzmann_mean([low, *(max(c, low) for c, _ in arcs)], temperature)
             counts = np.cos(abs(gamma + side * np.pi / 2) - RELIEF)
             lower = min((end for c, end in arcs if c > counts), default=low)
@@ -61,7 +61,7 @@ def visibility(
     return total / n_slices
 
 
-def _arc(field, texel, P, V, radius, falloff, low):
+def blocked_arc(field, texel, P, V, radius, falloff, low):
     """Cosines of the ends of the arc that the solid behind a sample blocks; 1 and -1 for none."""
     origin, ray = slice_march.eye_ray(field, *texel)
     z = field.view_z[texel]
