@@ -1,4 +1,4 @@
-"""Ground truth with Mitsuba: G-buffers, depth layers, ray-traced visibility, its harmonics, transport of any scene.
+"""Ground truth with Mitsuba: G-buffers, depth layers, ray-traced visibility, irradiance and transport of any scene.
 
 The first call sets a Mitsuba variant unless one is set already: ``cuda_ad_rgb`` where CUDA and OptiX work,
 ``llvm_ad_rgb`` elsewhere.
@@ -7,8 +7,10 @@ The first call sets a Mitsuba variant unless one is set already: ``cuda_ad_rgb``
 from . import scenes
 from .aov import gbuffer_from_aov
 from .directional import DirectionalVisibility, directional
+from .environment import environment, environment_emitter, view_to_world
 from .fingerprint import fingerprint
 from .gbuffer import gbuffer
+from .irradiance import Irradiance, irradiance
 from .layers import layers, thickness
 from .loading import load_scene
 from .sensor import camera_from_sensor
@@ -17,17 +19,22 @@ from .truth import Visibility, visibility
 
 __all__ = [
     "DirectionalVisibility",
+    "Irradiance",
     "Transport",
     "Visibility",
     "camera_from_sensor",
     "directional",
+    "environment",
+    "environment_emitter",
     "fingerprint",
     "gbuffer",
     "gbuffer_from_aov",
+    "irradiance",
     "layers",
     "load_scene",
     "scenes",
     "thickness",
     "transport",
+    "view_to_world",
     "visibility",
 ]

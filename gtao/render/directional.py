@@ -13,7 +13,7 @@ from gtao.errors import ConfigError
 from gtao.lighting import basis
 
 from .chunks import Progress
-from .hemisphere import bent, check_rays, image, mean_over_batches, normals_v, open_sums
+from .hemisphere import DIRECTIONS, bent, check_rays, image, mean_over_batches, normals_v, open_sums
 from .loading import select_sensor
 from .primary import check_normals, shoot
 from .sampling import check_sampling
@@ -109,7 +109,7 @@ def directional(
     n_batches: int = 8,
     progress: Progress | None = None,
 ) -> DirectionalVisibility:
-    """Trace rays over the hemisphere at every pixel centre and project what is open (theory, eq. (1)).
+    """Trace rays over the hemisphere at every pixel centre and project what is open (theory, eq. (125)).
 
     The rays are those of :func:`gtao.render.visibility` with the same numbers: band 0 is its visibility, band 1 its
     mean direction. What is said there about occluders, start points and backgrounds holds here.
@@ -144,11 +144,13 @@ def directional(
     to_view = rotation(hits.view_to_world.T)
     coefficients = MEASURE[weighting] * _coefficients(order)
 
-    def values(direction: Any) -> tuple:
+    def values(direction: Any, _: Any) -> tuple:
         return _monomials(*(to_view @ direction), order)
 
     def estimate(part: Origins, key: int, n_rays: int) -> np.ndarray:
-        return coefficients @ open_sums(scene, part, key, n_rays, max_distance, weighting, values) / n_rays
+        return (
+            coefficients @ open_sums(scene, part, key, n_rays, max_distance, (DIRECTIONS[weighting],), values) / n_rays
+        )
 
     mean, variance = mean_over_batches(start, len(coefficients), spp, n_batches, seed, estimate, progress)
     shape = hits.camera.shape
@@ -167,7 +169,7 @@ def directional(
 
 
 def _monomials(x: Any, y: Any, z: Any, order: int) -> tuple:
-    """The (order + 1)² products x^i y^j z^k of degree ``order`` and ``order - 1``."""
+    """The (order + 1)² products x^i y^j z^k of degree ``order`` and ``order - 1`` (theory, eq. (126))."""
     one = x * 0 + 1
     powers = [[one], [one], [one]]
     for axis, value in zip(powers, (x, y, z), strict=True):

@@ -1,6 +1,6 @@
 """Integrals over the hemisphere above every pixel's surface, by rays in independent batches."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import drjit as dr
@@ -12,14 +12,17 @@ from gtao.errors import ConfigError
 from .chunks import Progress, chunks
 from .primary import PrimaryHits
 from .sampling import batch_key, point, stream_key
-from .walk import Origins, spawn
+from .walk import Origins, cosine_direction, spawn, uniform_direction
 
-__all__ = ["bent", "check_rays", "image", "mean_over_batches", "normals_v", "open_sums"]
+__all__ = ["DIRECTIONS", "bent", "check_rays", "image", "mean_over_batches", "normals_v", "open_sums"]
+
+#: How directions are drawn for each weighting of the hemisphere.
+DIRECTIONS = {"cosine": cosine_direction, "uniform": uniform_direction}
 
 
 def check_rays(max_distance: float, weighting: str = "cosine") -> None:
     """Raise ConfigError unless rays have a length and the hemisphere is weighted in one of the two ways."""
-    if weighting not in ("cosine", "uniform"):
+    if weighting not in DIRECTIONS:
         raise ConfigError(f"weighting must be 'cosine' or 'uniform', got {weighting!r}")
     if not max_distance > 0:
         raise ConfigError(f"max_distance must be positive (inf for no limit), got {max_distance}")
@@ -54,32 +57,36 @@ def open_sums(
     scene: Any,
     start: Origins,
     key: int,
-    n_rays: int,
+    n_samples: int,
     max_distance: float,
-    weighting: str,
-    values: Callable[[Any], tuple],
+    draws: Sequence[Callable[[Any, Any], Any]],
+    values: Callable[[Any, Any], tuple],
 ) -> np.ndarray:
-    """Sums of ``values(direction)`` over the rays that nothing blocks, one row per component: (k, N) float64.
+    """Sums of ``values(direction, normal)`` over the rays that nothing blocks, one row per component: (k, N) float64.
 
-    Directions are drawn about the normals of ``start`` by the weighting, the same ones for the same ``key``. Rays
+    A sample is one ray for each of ``draws(normal, point)``, the k-th from the k-th pattern of points of the key. Rays
     below the geometric surface are blocked by it.
     """
     stream = stream_key(dr.opaque(mi.UInt32, key), start.pixel)
-    limit = dr.opaque(mi.UInt32, n_rays)
+    limit = dr.opaque(mi.UInt32, n_samples)
     reach = dr.opaque(mi.Float, max_distance)
 
     def more(index: Any, sums: Any) -> Any:
         return index < limit
 
     def body(index: Any, sums: Any) -> tuple:
-        ray = spawn(start.position, start.n_geo, start.normal, point(stream, mi.UInt32(0), index), weighting)
-        ray.maxt = reach
-        above = dr.dot(ray.d, start.n_geo) > 0
-        visible = above & ~scene.ray_test(ray, coherent=False, active=above)
-        return index + 1, [total + dr.select(visible, v, 0) for total, v in zip(sums, values(ray.d), strict=True)]
+        for pattern, draw in enumerate(draws):
+            direction = draw(start.normal, point(stream, mi.UInt32(pattern), index))
+            ray = spawn(start.position, start.n_geo, direction)
+            ray.maxt = reach
+            above = dr.dot(direction, start.n_geo) > 0
+            visible = above & ~scene.ray_test(ray, coherent=False, active=above)
+            terms = values(direction, start.normal)
+            sums = [total + dr.select(visible, term, 0) for total, term in zip(sums, terms, strict=True)]
+        return index + 1, sums
 
     n = len(start)
-    zeros = [dr.zeros(type(v), n) for v in values(mi.Vector3f(start.normal))]
+    zeros = [dr.zeros(type(term), n) for term in values(mi.Vector3f(start.normal), start.normal)]
     _, sums = dr.while_loop((dr.zeros(mi.UInt32, n), zeros), more, body, labels=("index", "sums"))
     dr.eval(sums)
     dr.sync_thread()

@@ -20,7 +20,7 @@ from .primary import check_normals, facing_normal, ray_flags, shoot
 from .sampling import batch_key, check_sampling, point, stream_key
 from .transport_result import Transport
 from .variant import ensure_variant
-from .walk import Origins, origins, spawn
+from .walk import Origins, cosine_direction, origins, spawn
 
 __all__ = ["Transport", "transport"]
 
@@ -112,7 +112,7 @@ def _walk(
         return index < limit
 
     def body(index: Any, bounce: Any, position: Any, n_geo: Any, normal: Any, inside: Any) -> tuple:
-        ray = spawn(position, n_geo, normal, point(stream, bounce, index))
+        ray = spawn(position, n_geo, cosine_direction(normal, point(stream, bounce, index)))
         si = scene.ray_intersect(ray, ray_flags=flags, coherent=False)
         hit = si.is_valid()
         # A lane writes to its own counters only, so the addition needs no atomics.

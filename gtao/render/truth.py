@@ -10,7 +10,7 @@ import numpy as np
 from gtao import display
 
 from .chunks import Progress
-from .hemisphere import bent, check_rays, image, mean_over_batches, normals_v, open_sums
+from .hemisphere import DIRECTIONS, bent, check_rays, image, mean_over_batches, normals_v, open_sums
 from .loading import select_sensor
 from .primary import check_normals, shoot
 from .sampling import check_sampling
@@ -108,11 +108,11 @@ def visibility(
     start = origins(hits, g)
     to_view = rotation(hits.view_to_world.T)
 
-    def values(direction: Any) -> tuple:
+    def values(direction: Any, _: Any) -> tuple:
         return (mi.UInt32(1), to_view @ direction) if bent_normal else (mi.UInt32(1),)
 
     def estimate(part: Origins, key: int, n_rays: int) -> np.ndarray:
-        return open_sums(scene, part, key, n_rays, max_distance, weighting, values) / n_rays
+        return open_sums(scene, part, key, n_rays, max_distance, (DIRECTIONS[weighting],), values) / n_rays
 
     n_values = 4 if bent_normal else 1
     mean, variance = mean_over_batches(start, n_values, spp, n_batches, seed, estimate, progress)

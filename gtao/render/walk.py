@@ -1,4 +1,4 @@
-"""Where the paths of a pixel begin, as both estimators of the ground truth use it."""
+"""Where the paths of a pixel begin, and their directions, as all estimators of the ground truth use them."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -9,7 +9,7 @@ import numpy as np
 
 from .primary import PrimaryHits, match_gbuffer
 
-__all__ = ["Origins", "origins", "spawn"]
+__all__ = ["Origins", "cosine_direction", "origins", "spawn", "uniform_direction"]
 
 
 @dataclass
@@ -49,11 +49,18 @@ def origins(hits: PrimaryHits, g: Any = None) -> Origins:
     return start
 
 
-def spawn(position: Any, n_geo: Any, normal: Any, sample: Any, weighting: str = "cosine") -> Any:
-    """Ray in a cosine-distributed or uniform direction about ``normal``, offset from the surface as Mitsuba does it."""
-    uniform = weighting == "uniform"
-    warp = mi.warp.square_to_uniform_hemisphere if uniform else mi.warp.square_to_cosine_hemisphere
-    direction = mi.Frame3f(normal).to_world(warp(sample))
+def cosine_direction(normal: Any, sample: Any) -> Any:
+    """Direction about ``normal`` with the density cos θ / π, from a point of the unit square."""
+    return mi.Frame3f(normal).to_world(mi.warp.square_to_cosine_hemisphere(sample))
+
+
+def uniform_direction(normal: Any, sample: Any) -> Any:
+    """Direction about ``normal`` with the density 1 / 2π, from a point of the unit square."""
+    return mi.Frame3f(normal).to_world(mi.warp.square_to_uniform_hemisphere(sample))
+
+
+def spawn(position: Any, n_geo: Any, direction: Any) -> Any:
+    """Ray from a surface, offset from it as Mitsuba does it."""
     si = dr.zeros(mi.SurfaceInteraction3f)
     si.p = position
     si.n = n_geo
