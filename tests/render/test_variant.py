@@ -55,6 +55,24 @@ def test_spectral_variants_have_no_albedo():
     )
 
 
+def test_light_has_three_colours():
+    out = run(
+        """
+        import gtao
+        mi.set_variant("llvm_ad_mono")
+        scene = render.load_scene("stairs", resolution=16)
+        for request in (render.environment, render.irradiance):
+            try:
+                request(scene)
+            except gtao.SceneError as error:
+                print(error)
+        print(render.directional(scene, spp=16))
+        """
+    )
+    refusal = "light in linear RGB needs an rgb variant of Mitsuba, not llvm_ad_mono\n"
+    assert out.endswith(2 * refusal + "DirectionalVisibility(16x16, order 2, 16 rays per pixel)")
+
+
 def test_a_scalar_variant_is_refused():
     out = run(
         """
