@@ -22,26 +22,30 @@ Aperture = Literal["seed", "matched"]
 HIGHEST_BAND = 4
 
 
-class _Method:
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values that :func:`gtao.method_from_dict` turns back into the same configuration."""
-        return to_dict(self)
-
-
-class _Banded(_Method):
+class _Banded:
     order: int
 
     def __post_init__(self) -> None:
         check_count("order", self.order, 0, HIGHEST_BAND)
 
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values that :func:`gtao.method_from_dict` turns back into the same configuration."""
+        return to_dict(self)
+
 
 @dataclass(frozen=True, kw_only=True)
-class SliceMoments(_Method):
+class SliceMoments(_Banded):
     """The estimate's own spherical harmonics of visibility times cosine: no shape is assumed of what is visible.
 
-    Exact, for the horizons that were found, under light without bands above 2; those are ignored. Needs
-    ``directional=True`` and cosine weighting.
+    Exact, for the horizons that were found, under light without bands above 2. Needs ``directional=True`` and cosine
+    weighting.
+
+    Args:
+        order: highest band, 0 to 4; those of the light above it are ignored. Bands 3 and 4, which slices do not sum up,
+            are guessed like those of :class:`MomentZH`.
     """
+
+    order: int = 2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,7 +112,7 @@ class TripleProduct(_Banded):
     The cone has the seed aperture of :class:`ConeSH`. Theory, eq. (116); needs ``bent_normal=True``.
 
     Args:
-        order: highest band of each factor, 0 to 4; those of the light above it are ignored.
+        order: highest band of cone and cosine, 0 to 4; those of the light above it are ignored.
     """
 
     order: int = 2

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import drjit as dr
@@ -70,7 +70,7 @@ def irradiance(sh: Any, g: GBuffer, ao: AmbientOcclusion, method: Any = None) ->
         )
     _check_needs(method, ao)
     coefficients, n_bands, n_channels = _light(sh, g)
-    order = min(getattr(method, "order", 2), n_bands - 1)
+    order = min(method.order, n_bands - 1)
     pixels = _Pixels.of(g, ao)
     projected = project(pixels, method, order)
     surface = g.mask.array
@@ -180,7 +180,12 @@ class _Pixels:
 
 
 def _slice_moments(p: _Pixels, method: SliceMoments, order: int):
-    return p.v
+    if order <= 2:
+        return p.v
+    # What bands 0 and 1 say of visibility and mean direction; the normal has no say.
+    A, B = p.v[0] * (2 / math.sqrt(math.pi)), (p.v[k] * (2 / math.sqrt(3 * math.pi)) for k in (3, 1, 2))
+    guess = _moment_zh(replace(p, A=A, B=tuple(B)), MomentZH(order=order), order)
+    return [*p.v, *guess[9:]]
 
 
 def _moment_zh(p: _Pixels, method: MomentZH, order: int):
@@ -213,8 +218,9 @@ def _clipped_cone(p: _Pixels, method: ClippedCone, order: int):
 
 def _triple_product(p: _Pixels, method: TripleProduct, order: int):
     b, _ = p.axis()
-    visible = zonal(cone(p.aperture(), order), basis(*b, order))
-    return gaunt.product(visible, zonal(CLAMPED_COSINE[: order + 1], basis(*p.n, order)), order)
+    own = method.order
+    visible = zonal(cone(p.aperture(), own), basis(*b, own))
+    return gaunt.product(visible, zonal(CLAMPED_COSINE[: own + 1], basis(*p.n, own)), own, order)
 
 
 def _facing(p: _Pixels, axis: Any, order: int):

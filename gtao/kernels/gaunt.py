@@ -66,15 +66,18 @@ def table(order):
     return tuple(entries)
 
 
-def product(f, g, order):
-    """Coefficients up to ``order`` of the product of two functions that have no bands above it.
+def product(f, g, order, wanted):
+    """Coefficients up to band ``wanted`` of the product of two functions that have no bands above ``order``.
 
     Args:
         f, g: (order + 1)² coefficients each.
+        wanted: at most ``order``.
     """
-    total = [0] * (order + 1) ** 2
+    total = [0] * (wanted + 1) ** 2
     for i, j, k, value in table(order):
         for a, b, c in {(i, j, k), (j, i, k), (k, i, j)}:
+            if a >= len(total):
+                continue
             # Γ is symmetric: what multiplies Y_a Y_b Y_c also multiplies Y_a Y_c Y_b.
             pair = f[b] * g[c] if b == c else dr.fma(f[b], g[c], f[c] * g[b])
             total[a] = dr.fma(pair, value, total[a])

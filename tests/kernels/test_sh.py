@@ -126,8 +126,11 @@ def test_product_of_two_functions(precision, order):
     d, w = sphere.nodes(3 * order)
     y = harmonics.basis(d, order)
     want = y.T @ (w * (y @ f) * (y @ g))
-    got = gaunt.product([precision.lanes([v]) for v in f], [precision.lanes([v]) for v in g], order)
-    assert numbers(got)[:, 0] == pytest.approx(want, abs=precision.tolerance)
+    lanes = [precision.lanes([v]) for v in f], [precision.lanes([v]) for v in g]
+    got = numbers(gaunt.product(*lanes, order, order))[:, 0]
+    assert got == pytest.approx(want, abs=precision.tolerance)
+    few = numbers(gaunt.product(*lanes, order, order - 1))[:, 0]
+    assert few == pytest.approx(want[: order**2], abs=precision.tolerance)
 
 
 def test_derivatives_of_the_basis(precision):
