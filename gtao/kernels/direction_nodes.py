@@ -61,7 +61,7 @@ class Nodes:
             words.append(dr.select(some, bits, 0))
         return words
 
-    def weigh(self, blocked, cosine, types, moments=1):
+    def weigh(self, blocked, cosine, types, moments=1) -> tuple[Any, ...]:
         """Weight of the nodes that are open, and of all.
 
         A node weighs its spacing times |sin θ|, and with ``cosine`` times ⟨N, ω⟩: the rectangle rule.
