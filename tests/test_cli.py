@@ -654,6 +654,7 @@ def test_render(command, tmp_path):
         "max_distance": 2.0,
         "n_bounces": 3,
         "n_layers": 2,
+        "directional": False,
         "seed": 5,
         "fingerprint": gtao.render.fingerprint(scene, 1),
     }
