@@ -9,7 +9,7 @@ __all__ = ["harmonics"]
 
 
 def harmonics(w: Writer, weighting: str) -> list[str]:
-    """Nine coefficients from mean direction and visibility: those of bands 0 and 1 are the stored ones.
+    """Nine coefficients from mean direction and visibility: theory, eq. (115); bands 0 and 1 are the stored ones.
 
     ``cone`` is the cosine of the half angle of the cone about the normal that has the same ``ratio`` of mean direction
     to visibility; ``second`` is the visible part integrated with the Legendre polynomial of band 2 along the axis.
