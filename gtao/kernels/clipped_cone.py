@@ -34,7 +34,9 @@ def tilt(n, b):
     ex, ey = dr.select(aside, 1, 0), dr.select(aside, 0, 1)
     along = ex * n[0] + ey * n[1]
     extra = dr.fma(-along, n[0], ex), dr.fma(-along, n[1], ey), -along * n[2]
-    across = [dr.select(alone, dr.fma(2 * little, e, a), a) for e, a in zip(extra, across, strict=True)]
+    # Opposite to the normal no direction across is nearer than another: a long way has no derivatives to speak of.
+    way = dr.select(cb > 0, 2 * little, 1)
+    across = [dr.select(alone, dr.fma(way, e, a), a) for e, a in zip(extra, across, strict=True)]
     length = dr.sqrt(_dot(across, across))
     f = [a / length for a in across]
     # Rounding leaves a share along the normal that a short vector cannot hide.

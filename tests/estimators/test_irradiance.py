@@ -2,7 +2,6 @@
 
 import importlib.util
 import json
-from dataclasses import replace
 
 import drjit as dr
 import numpy as np
@@ -54,7 +53,7 @@ def frame(normals, dtype=np.float64, background=()):
 
 
 def estimate(g, A, B, v=None, config=None):
-    T, dtype = g.types.Tensor, np.float64 if dr.size_v(g.types.Float) and "64" in g.types.Float.__name__ else np.float32
+    T, dtype = g.types.Tensor, g.view_z.numpy().dtype
     A, B, v = (None if a is None else T(np.asarray(a, dtype)[None]) for a in (A, B, v))
     return gtao.AmbientOcclusion(visibility=A, mean_direction=B, visibility_sh=v, normal_v=g.normal_v, config=config)
 
@@ -319,8 +318,8 @@ class TestEstimates:
         surface = np.isfinite(g.view_z.numpy())
         # A constant sky of radiance 1: π A by every method that is made for it.
         for method in (gtao.SliceMoments(), gtao.MomentZH(), gtao.ConeSH(), gtao.OcclusionTimesIrradiance()):
-            E = gtao.irradiance(sky, g, ao, method).numpy()
-            assert E == pytest.approx(np.where(surface, np.pi * ao.visibility.numpy(), 0), abs=1e-12)
+            lit = gtao.irradiance(sky, g, ao, method).numpy()
+            assert lit == pytest.approx(np.where(surface, np.pi * ao.visibility.numpy(), 0), abs=1e-12)
 
     def test_the_estimate_is_evaluated_once(self):
         g = self.scene(np.float32)
