@@ -54,8 +54,23 @@ def normals(rows):
     )
 
 
+def directions(rows):
+    methods = [("default, 4 × 8", "default"), ("dense, 64 × 256", "dense"), ("average of the horizons", "average")]
+    head = ["scene"]
+    for against in ("height field", "scene"):
+        head += [f"{short}: {against}" for _, short in methods]
+    head += ["harmonics, dense: height field", "scene"]
+    body = []
+    for row in rows:
+        angles = [f"{row['errors'][a][m]['degrees']:.2f}°" for a in ("height field", "scene") for m, _ in methods]
+        errors = [f"{row['errors'][a][METHODS[-1]]['harmonics']:.3f}" for a in ("height field", "scene")]
+        body.append([row["scene"], *angles, *errors])
+    return table(head, body)
+
+
 def section(record):
     numbers, config = record["numbers"], record["config"]
+    directed = config["directions"]
     return f"""## Open planes
 
 Mean visibility of an unoccluded plane, 16 slices; the true value is 1. Windows are spread over a field of view
@@ -90,6 +105,16 @@ lies within {config["knowable"]} of the ray-traced truth, the depth buffer knows
 estimator has to find it.
 
 {knowable(numbers["scenes"])}
+
+## Bent normals and harmonics
+
+Mean angle between estimated bent normals and those of {directed["n_rays"]} rays per pixel, over the pixels that see
+more than {directed["visible"]} of the hemisphere, at {directed["resolution"]} pixels and the same finite radius: rays
+that march over the same height field, and rays through the scene, which know what one depth layer does not. "Average"
+takes the directions halfway between the horizons of the dense estimate, as the slides of 2016 do. The last columns
+are the RMSE of all nine harmonics over their root mean square.
+
+{directions(numbers["directions"])}
 
 ## Normals derived from depth
 

@@ -9,6 +9,7 @@ shares no code with the kernels.
 
 import argparse
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -29,6 +30,8 @@ SEED = 0
 N_PIXELS, N_RAYS = 500, 4096
 #: One depth layer "can know the answer" where its limit lies within this of the truth.
 KNOWABLE = 0.02
+#: Directions are compared at this resolution, with so many rays per pixel and where so much is visible.
+DIRECTIONS_RESOLUTION, DIRECTIONS_RAYS, VISIBLE = 96, 1024, 0.05
 
 METHODS = {
     "published settings": lambda r: gtao.GTAO.as_published(r),
@@ -39,6 +42,7 @@ METHODS = {
     ),
 }
 DENSE = "dense, 64 × 256"
+DIRECTED = ("default, 4 × 8", DENSE)
 
 
 def rms(x):
@@ -135,7 +139,47 @@ def normals():
     return rows
 
 
-PARTS = {"planes": planes, "marching": marching, "scenes": scenes, "normals": normals}
+def degrees_between(a, b):
+    """Angles between unit vectors, in degrees; by the chord, which small angles do not cancel in."""
+    return np.degrees(2 * np.arcsin(np.clip(np.linalg.norm(a - b, axis=-1) / 2, 0, 1)))
+
+
+def directions():
+    """Bent normals and harmonics of every procedural scene, against the same height field and against the scene."""
+    rows = []
+    for name in gtao.render.scenes.names("procedural"):
+        info = gtao.render.scenes.get(name)
+        scene = gtao.render.load_scene(name, resolution=DIRECTIONS_RESOLUTION)
+        g = gtao.render.gbuffer(scene)
+        march = gtao.HeightfieldRayMarch(
+            radius=info.radius, n_directions=64, rays_per_direction=DIRECTIONS_RAYS // 64, directional=True
+        )
+        marched = gtao.ambient_occlusion(g, march)
+        traced = gtao.render.directional(scene, g, info.radius, DIRECTIONS_RAYS, SEED)
+        truths = {
+            "height field": (marched.visibility, marched.bent_normal, marched.visibility_sh),
+            "scene": (traced.visibility, traced.bent_normal, traced.mean),
+        }
+        estimates = {label: replace(METHODS[label](info.radius), directional=True) for label in DIRECTED}
+        averaged = replace(estimates[DENSE], directional=False, bent_normal="average_horizon")
+        estimates["average of the horizons"] = averaged
+        row = {"scene": name, "errors": {against: {} for against in truths}}
+        for label, method in estimates.items():
+            ao = gtao.ambient_occlusion(g, method)
+            bent, sh = ao.bent_normal.numpy(), None if ao.visibility_sh is None else ao.visibility_sh.numpy()
+            for against, truth in truths.items():
+                visibility, true_bent, true_sh = (image.numpy() for image in truth)
+                seen = g.mask.numpy() & (visibility > VISIBLE)
+                found = {"degrees": float(degrees_between(bent, true_bent)[seen].mean())}
+                if sh is not None:
+                    found["harmonics"] = rms((sh - true_sh)[g.mask.numpy()]) / rms(true_sh[g.mask.numpy()])
+                row["errors"][against][label] = found
+        rows.append(row)
+        print(name, row["errors"]["height field"], flush=True)
+    return rows
+
+
+PARTS = {"directions": directions, "planes": planes, "marching": marching, "scenes": scenes, "normals": normals}
 
 
 def main():
@@ -152,6 +196,7 @@ def main():
         "n_pixels": N_PIXELS,
         "n_rays": N_RAYS,
         "knowable": KNOWABLE,
+        "directions": {"resolution": DIRECTIONS_RESOLUTION, "n_rays": DIRECTIONS_RAYS, "visible": VISIBLE},
         "methods": {name: make(1.0).to_dict() for name, make in METHODS.items()},
     }
     record = gtao.io.provenance(["python", "references/validation/run.py"], seed=SEED, config=config)
