@@ -12,6 +12,7 @@ from typing import Any, cast
 import drjit as dr
 
 from gtao.kernels.directions import n_sums
+from gtao.kernels.loops import while_loop
 
 from .job import Job
 
@@ -249,7 +250,7 @@ def _over_slices(job: Job, of_slice, zero: dict[str, Any], unrolled: int) -> dic
 
     if n_slices > unrolled:
         start = (job.types.UInt(0), zero, *march.first_azimuth())
-        return dr.while_loop(start, lambda i, *_: i < n_slices, body, label="adjoint")[1]
+        return while_loop(start, lambda i, *_: i < n_slices, body, label="adjoint")[1]
     state = (0, zero, *march.first_azimuth())
     for _ in range(n_slices):
         state = body(*state)

@@ -20,6 +20,7 @@ from typing import Any
 import drjit as dr
 
 from . import directions, fetch, hbao, noise, reach, slices, steps
+from .loops import while_loop
 from .march_types import Pixel, Scalars, Slice, Switches
 from .sampler import Sampler
 from .shaded_point import shaded_point
@@ -203,7 +204,7 @@ class March:
         zero = tuple(dr.zeros(self.types.Float, self.n) for _ in range(directions.n_sums(accumulator.order)))
         start = (UInt(0), zero, *self.first_azimuth())
         # Sums over slices: reverse mode may replay each on its own.
-        _, totals, *_ = dr.while_loop(start, lambda i, *_: i < k.n_slices, body, label="slices", max_iterations=-1)
+        _, totals, *_ = while_loop(start, lambda i, *_: i < k.n_slices, body, label="slices", max_iterations=-1)
         return totals
 
     def first_azimuth(self):
@@ -254,7 +255,7 @@ class March:
             def body(j, state):
                 return j + n_block, block(Float(j), state)
 
-            _, state = dr.while_loop((UInt(0), state), lambda j, _: j < k.n_steps, body, label="steps")
+            _, state = while_loop((UInt(0), state), lambda j, _: j < k.n_steps, body, label="steps")
         return accumulator.finish(state, sl)
 
     def _replayed(self, accumulator, sl: Slice, numbers):

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import gtao
+from gtao.kernels.sampler import Sampler
 
 # Operations of the traced kernel as built now, with 2 % for changes inside Dr.Jit. A larger count is a slower kernel.
 SLACK = 1.02
@@ -47,6 +48,26 @@ def test_one_kernel_of_the_recorded_size(name):
     expected, options = OPERATIONS[name]
     (kernel,) = kernels(buffer(), method(options))
     assert kernel["operation_count"] <= expected * SLACK
+
+
+@pytest.mark.parametrize("n_slices", [1, 9])
+@pytest.mark.parametrize("attached", [False, True])
+@pytest.mark.parametrize("options", [{}, {"step_jitter": "pixel"}, {"noise": "none"}])
+def test_every_sample_is_traced_once(n_slices, attached, options, monkeypatch):
+    """On small frames a call costs what tracing costs. Where slices share one offset, Dr.Jit would trace them twice."""
+    traced, look = [], Sampler.read
+
+    def read(self, sl, places):
+        traced.extend(places)
+        return look(self, sl, places)
+
+    monkeypatch.setattr(Sampler, "read", read)
+    g = buffer()
+    if attached:
+        dr.enable_grad(g.view_z)
+    dr.eval(gtao.ambient_occlusion(g, gtao.GTAO(n_slices=n_slices, n_steps=3, radius=0.5, **options)).visibility)
+    # Of a loop over slices there is one body, three steps on both sides of a slice.
+    assert len(traced) == 6
 
 
 @pytest.mark.parametrize(("measure", "saved"), [("screen", 8), ("view", 0)])
