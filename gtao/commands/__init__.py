@@ -2,10 +2,10 @@
 
 from .files import export, export_packing, occlusion, render
 from .inspection import doctor, methods, scenes
-from .studies import compare, refit
+from .studies import compare, compare_lighting, refit
 from .tuning import tune
 
 __all__ = ["COMMANDS"]
 
 #: In the order of the help.
-COMMANDS = (doctor, render, occlusion, refit, compare, tune, export, export_packing, scenes, methods)
+COMMANDS = (doctor, render, occlusion, refit, compare, compare_lighting, tune, export, export_packing, scenes, methods)

@@ -10,7 +10,7 @@ import gtao
 from .options import MAX_SIDE, OutputDirectory, Seed, distance
 from .terminal import Bars, out
 
-__all__ = ["compare", "refit"]
+__all__ = ["compare", "compare_lighting", "refit"]
 
 
 def refit(
@@ -105,5 +105,57 @@ def compare(
     )
     with Bars() as bars:
         result = gtao.workflows.compare(config, output, progress=bars)
+    out.print(result.summary(), soft_wrap=True, highlight=False)
+    out.print(f"report: {output / 'report.html'}", soft_wrap=True)
+
+
+def compare_lighting(
+    output: OutputDirectory,
+    scenes: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[SCENE]...", help="Mitsuba .xml files, embedded scenes, or folders; default: all embedded."
+        ),
+    ] = None,
+    environment: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="LIGHT",
+            help="Light, repeatable: a .hdr or .exr map, 'gradient', 'vmf:KAPPA', 'disc:DEGREES' or 'sunsky'.",
+        ),
+    ] = None,
+    method: Annotated[list[str] | None, typer.Option(help="Method to compare, repeatable; default: all.")] = None,
+    radius: Annotated[
+        float | None,
+        typer.Option(
+            parser=distance,
+            metavar="DISTANCE",
+            help="Reach of occluders in scene units, or inf; default: the scene's.",
+        ),
+    ] = None,
+    up: Annotated[str | None, typer.Option(help="'x', 'y' or 'z'; default: z in embedded scenes, y in files.")] = None,
+    turn: Annotated[float | None, typer.Option(help="Degrees that the light turns from frame to frame.")] = None,
+    resolution: Annotated[int | None, typer.Option(min=16, max=MAX_SIDE, help="Longer side in pixels.")] = None,
+    spp: Annotated[int | None, typer.Option(min=32, help="Rays per pixel.")] = None,
+    all_sensors: Annotated[bool, typer.Option(help="Every camera of a scene, not only the first.")] = False,
+    quick: Annotated[bool, typer.Option(help="Small and noisy, to see every part run.")] = False,
+    seed: Seed = 0,
+) -> None:
+    """Every method of irradiance against ray-traced light: table, pictures, report."""
+    config = gtao.workflows.CompareLightingConfig.from_options(
+        quick=quick,
+        scenes=tuple(scenes or ()),
+        environments=tuple(environment or ()),
+        methods=tuple(method or ()),
+        radius=radius,
+        up=up,
+        turn=turn,
+        resolution=resolution,
+        spp=spp,
+        all_sensors=all_sensors,
+        seed=seed,
+    )
+    with Bars() as bars:
+        result = gtao.workflows.compare_lighting(config, output, progress=bars)
     out.print(result.summary(), soft_wrap=True, highlight=False)
     out.print(f"report: {output / 'report.html'}", soft_wrap=True)

@@ -4,10 +4,13 @@ from .comparing import comparison_figures
 from .comparison import Comparison, MethodResult, SceneComparison
 from .comparison_images import comparison_images, error_budget_maps, signed_error_maps
 from .comparison_report import compare_report
+from .comparison_tables import summary_rows
 from .error_bars import deviation_bars, error_budget_bar
 from .error_curves import error_against_samples, error_against_time, stratified_errors
 from .fits import coefficients, comparison, coverage, residuals, scatter
 from .images import error_map, image_row, visibility_image
+from .lighting import LightingComparison, LightingView, lighting_bars, lighting_images
+from .lighting_report import lighting_figures, lighting_report
 from .report import refit_figures, refit_report
 from .tables import forms, left_out
 from .tuning import tuning_candidates, tuning_errors, tuning_figures, tuning_history, tuning_parameters
@@ -15,6 +18,8 @@ from .tuning_report import tuning_report
 
 __all__ = [
     "Comparison",
+    "LightingComparison",
+    "LightingView",
     "MethodResult",
     "SceneComparison",
     "coefficients",
@@ -32,12 +37,17 @@ __all__ = [
     "forms",
     "image_row",
     "left_out",
+    "lighting_bars",
+    "lighting_figures",
+    "lighting_images",
+    "lighting_report",
     "refit_figures",
     "refit_report",
     "residuals",
     "scatter",
     "signed_error_maps",
     "stratified_errors",
+    "summary_rows",
     "tuning_candidates",
     "tuning_errors",
     "tuning_figures",

@@ -6,7 +6,10 @@ from typing import Any
 
 from gtao.errors import ConfigError, ShapeError
 
-__all__ = ["Comparison", "MethodResult", "SceneComparison"]
+__all__ = ["RMSE_IS", "Comparison", "MethodResult", "SceneComparison"]
+
+#: What tables say of an RMSE.
+RMSE_IS = "root of the mean squared error against the truth, with its noise"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,6 +105,7 @@ class Comparison:
         versions: Version by name of package, device, commit: whatever pins the numbers down.
         record: The JSON record of the run, shown folded; None for none.
         notes: Sentences to print at the top.
+        rmse_is: What the tables say of "rmse".
     """
 
     scenes: Sequence[SceneComparison]
@@ -110,6 +114,7 @@ class Comparison:
     versions: Mapping[str, str] = field(default_factory=dict)
     record: Mapping[str, Any] | None = None
     notes: Sequence[str] = ()
+    rmse_is: str = RMSE_IS
 
     def __post_init__(self) -> None:
         if not self.scenes:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .comparison import Comparison, MethodResult, SceneComparison
+from .comparison import RMSE_IS, Comparison, MethodResult, SceneComparison
 from .markup import html_table
 from .words import number
 
@@ -40,7 +40,7 @@ _METRICS = (
     ("flip", "FLIP", "perceived difference when the images are flipped: 0 is equal", ".3f"),
 )
 
-_RMSE = "<abbr title='root of the mean squared error against the truth, with its noise'>RMSE</abbr>"
+_RMSE = "<abbr title='{}'>RMSE</abbr>"
 _COSTS = ("<abbr title='depth samples per pixel'>taps</abbr>", "<abbr title='one frame, warm kernel'>ms</abbr>")
 
 #: Width and height of a bar of the small multiples, in pixels.
@@ -105,7 +105,12 @@ def summary_table(comparison: Comparison, rows: Sequence[Row]) -> str:
     many = len(comparison.scenes) > 1
     shown = [m for m in _METRICS if any(row.mean(m[0]) is not None for row in rows)]
     taps, times = (any(getattr(row.present[0], key) is not None for row in rows) for key in ("taps", "milliseconds"))
-    head = ["method", _RMSE, *(["each scene", "lowest on"] if many else []), *_heads(shown)]
+    head = [
+        "method",
+        f"<abbr title='{html.escape(comparison.rmse_is)}'>RMSE</abbr>",
+        *(["each scene", "lowest on"] if many else []),
+        *_heads(shown),
+    ]
     head += [cost for cost, there in zip(_COSTS, (taps, times), strict=True) if there]
     top = max(row.rmse for row in rows)
     cells = []
@@ -129,7 +134,7 @@ def scene_table(scene: SceneComparison) -> str:
         rows = sorted((m for m in scene.methods if m.group == group), key=lambda m: m.metrics["rmse"])
         shown = [m for m in _METRICS if any(row.metrics.get(m[0]) is not None for row in rows)]
         taps, times = (any(getattr(m, key) is not None for m in rows) for key in ("taps", "milliseconds"))
-        head = [html.escape(group) or "method", _RMSE, *_heads(shown)]
+        head = [html.escape(group) or "method", _RMSE.format(html.escape(RMSE_IS)), *_heads(shown)]
         head += [cost for cost, there in zip(_COSTS, (taps, times), strict=True) if there]
         cells = []
         for m in rows:

@@ -15,7 +15,7 @@ from gtao.workflows.views import open_scene, scene_names
 
 from .settings import CompareConfig
 
-__all__ = ["Frame", "frames", "sources"]
+__all__ = ["Frame", "default_radius", "frames", "origin", "reach", "sources"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,25 +93,35 @@ def default_radius(g: GBuffer) -> float:
     return round(radius, digits)
 
 
+def reach(source: str, g: GBuffer, given: float | None) -> float:
+    """Radius for a frame: the given one, the embedded scene's own, or :func:`default_radius`."""
+    if given is not None:
+        return given
+    return render.scenes.get(source).radius if source in render.scenes.names() else default_radius(g)
+
+
+def origin(scene: Any, sensor: int, source: str) -> dict[str, Any]:
+    """What a record says of a view: where its scene comes from, with hashes of that and of what the camera sees."""
+    view = render.fingerprint(scene, sensor)
+    embedded = source in render.scenes.names()
+    entry = {"path": f"embedded:{source}", "sha256": view} if embedded else io.file_entry(source)
+    return entry | {"view": view}
+
+
 def _render(scene: Any, sensor: int, name: str, source: str, config: CompareConfig, progress: Any) -> Frame:
     g = render.gbuffer(scene, sensor, albedo=False)
     mask = g.mask.numpy()
     if not mask.any():
         raise SceneError(f"no pixel of scene {source} shows a surface; point its camera at one")
-    embedded = source in render.scenes.names()
-    radius = config.radius
-    if radius is None:
-        radius = render.scenes.get(source).radius if embedded else default_radius(g)
+    radius = reach(source, g, config.radius)
     guard_px = math.ceil(config.guard * max(g.shape))
     wide = render.gbuffer(scene, sensor, albedo=False, guard_px=guard_px) if guard_px else None
     truth = render.visibility(
         scene, g, radius, config.spp, config.seed, sensor=sensor, bent_normal=False, progress=progress
     )
-    fingerprint = render.fingerprint(scene, sensor)
-    origin = {"path": f"embedded:{source}", "sha256": fingerprint} if embedded else io.file_entry(source)
     return Frame(
         name=name,
-        source=origin | {"view": fingerprint},
+        source=origin(scene, sensor, source),
         g=g,
         wide=wide,
         guard_px=guard_px,

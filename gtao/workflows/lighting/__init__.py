@@ -1,0 +1,7 @@
+"""Every method of irradiance against ray-traced light: tables, pictures, a record, a report."""
+
+from .methods import METHODS
+from .run import CompareLightingOutcome, compare_lighting
+from .settings import CompareLightingConfig
+
+__all__ = ["METHODS", "CompareLightingConfig", "CompareLightingOutcome", "compare_lighting"]

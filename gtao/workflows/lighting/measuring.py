@@ -1,0 +1,135 @@
+"""Irradiance of one frame under one light: every method against rays."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gtao import evaluate, render
+from gtao.estimators import diffuse_radiance
+from gtao.lighting import EnvironmentMap, to_view
+from gtao.plot import LightingView, MethodResult, SceneComparison
+
+from .frames import RUNS, LightingFrame
+from .methods import DENSE, ORDER
+from .settings import CompareLightingConfig
+
+__all__ = ["ALL", "CUTS", "LIMITS", "measure", "view"]
+
+#: What the light is cut to -> highest band.
+CUTS = {"order 2": 2, "order 4": 4}
+#: The light as it is.
+ALL = "all bands"
+#: Group of what exact visibility makes of light that was cut: the error that the cut alone causes.
+LIMITS = "exact visibility, light cut"
+
+#: Methods that pictures show, if they take part.
+PICTURED = ("occlusion", "bent-normal", "triple-product", "cone-seed", "clipped-cone-4", "slice-moments")
+
+
+#: Errors relative to the mean of surfaces mean nothing where it is below this share of that of open surfaces.
+DARK = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class _Image:
+    """(n_pixels, 3) irradiance, and the variance of each number."""
+
+    mean: np.ndarray
+    variance: Any
+
+    @classmethod
+    def of(cls, runs: tuple[np.ndarray, np.ndarray], light: np.ndarray) -> "_Image":
+        """Two independent runs of harmonics, or one twice, under light of some of their coefficients."""
+        a, b = (run[:, : len(light)] @ light for run in runs)
+        return cls((a + b) / 2, (a - b) ** 2 / 4)
+
+
+def measure(
+    frame: LightingFrame, environment: EnvironmentMap, config: CompareLightingConfig
+) -> tuple[dict[str, SceneComparison], np.ndarray] | None:
+    """Every method under one light.
+
+    Args:
+        frame: the view.
+        environment: the light, in the world of the scene.
+
+    Returns:
+        What the light is cut to -> errors of every method from every source of visibility, and the (H, W, 3) truth
+        under all of the light. All errors are relative to its mean over the surface, and free of the noise of rays.
+        None where hardly any light gets to the surface.
+    """
+    light = to_view(environment.project(ORDER), render.view_to_world(frame.scene, frame.sensor))
+    traced = render.irradiance(
+        frame.scene,
+        environment,
+        frame.g,
+        frame.radius,
+        config.spp,
+        (config.seed + RUNS) % 2**32,
+        sensor=frame.sensor,
+    )
+    truth = traced.mean.numpy()
+    if truth[frame.mask].mean() < DARK * _open_mean(environment):
+        return None
+    truths = {cut: _Image.of(frame.truths, light[: (order + 1) ** 2]) for cut, order in CUTS.items()}
+    truths[ALL] = _Image(truth[frame.mask].astype(np.float64), traced.variance.numpy()[frame.mask])
+    mean = float(truths[ALL].mean.mean())
+    comparisons = {}
+    for cut, reference in truths.items():
+        n = (CUTS.get(cut, ORDER) + 1) ** 2
+        rows = [
+            _row(name, source, _Image.of(runs, light[:n]), reference, mean)
+            for source, methods in frame.harmonics.items()
+            for name, runs in methods.items()
+        ]
+        if cut == ALL:
+            rows += [_row(name, LIMITS, truths[name], reference, mean) for name in CUTS]
+        comparisons[cut] = SceneComparison(
+            name=frame.name,
+            radius=frame.radius,
+            truth=truth.mean(-1) / mean,
+            mask=frame.mask,
+            methods=rows,
+            noise=evaluate.noise_floor(reference.variance) / mean,
+        )
+    return comparisons, truth
+
+
+def _open_mean(environment: EnvironmentMap) -> float:
+    """Irradiance of an open surface, averaged over all the ways that it can face and over the channels."""
+    return float(environment.project(0).mean()) * math.sqrt(4 * math.pi) / 4
+
+
+def _row(name: str, group: str, image: _Image, reference: _Image, mean: float) -> MethodResult:
+    noise = image.variance + reference.variance
+    metrics: dict[str, float | None] = {
+        "rmse": evaluate.corrected_rmse(image.mean, reference.mean, noise) / mean,
+        "bias": evaluate.bias(image.mean, reference.mean) / mean,
+    }
+    return MethodResult(name=name, label=name, metrics=metrics, group=group, ours=name == "slice-moments")
+
+
+def view(frame: LightingFrame, environment: EnvironmentMap, name: str, truth: np.ndarray) -> LightingView:
+    """Pictures of the surface under one light, from dense slices, as a diffuse surface of its albedo shows it."""
+    light = to_view(environment.project(ORDER), render.view_to_world(frame.scene, frame.sensor))
+    albedo = frame.g.albedo
+
+    def radiance(irradiance: np.ndarray) -> np.ndarray:
+        return diffuse_radiance(frame.g.types.Tensor(irradiance.astype(np.float32)), albedo).numpy()
+
+    images = {}
+    for method, runs in frame.harmonics[DENSE].items():
+        if method in PICTURED:
+            image = np.zeros(truth.shape)
+            image[frame.mask] = runs[0] @ light
+            images[method] = radiance(image)
+    return LightingView(
+        frame=frame.name,
+        light=name,
+        source=DENSE,
+        mask=frame.mask,
+        truth=radiance(truth),
+        images={method: images[method] for method in PICTURED if method in images},
+    )
