@@ -31,7 +31,7 @@ N_PIXELS, N_RAYS = 500, 4096
 #: One depth layer "can know the answer" where its limit lies within this of the truth.
 KNOWABLE = 0.02
 #: Directions are compared at this resolution, with so many rays per pixel and where so much is visible.
-DIRECTIONS_RESOLUTION, DIRECTIONS_RAYS, VISIBLE = 96, 1024, 0.05
+DIRECTIONS_RESOLUTION, DIRECTIONS_RAYS, VISIBLE = 192, 1024, 0.05
 
 METHODS = {
     "published settings": lambda r: gtao.GTAO.as_published(r),
