@@ -21,7 +21,7 @@ from gtao.errors import ConfigError, ShapeError
 from gtao.gbuffer import GBuffer
 from gtao.kernels import cones, gaunt
 from gtao.kernels.clipped_cone import clipped_cone, tilt
-from gtao.kernels.sh import CLAMPED_COSINE, basis, cone, cone_cosine, zonal
+from gtao.kernels.sh import CLAMPED_COSINE, basis, cone, cone_cosine, to_moments, zonal
 from gtao.planes import Planes
 from gtao.results import AmbientOcclusion
 from gtao.tensors import to_tensor
@@ -183,8 +183,9 @@ def _slice_moments(p: _Pixels, method: SliceMoments, order: int):
     if order <= 2:
         return p.v
     # What bands 0 and 1 say of visibility and mean direction; the normal has no say.
-    A, B = p.v[0] * (2 / math.sqrt(math.pi)), (p.v[k] * (2 / math.sqrt(3 * math.pi)) for k in (3, 1, 2))
-    guess = _moment_zh(replace(p, A=A, B=tuple(B)), MomentZH(order=order), order)
+    m0, m1, _ = to_moments(p.v)
+    mean = {"A": m0 * (1 / math.pi), "B": tuple(m * (1 / math.pi) for m in m1)}
+    guess = _moment_zh(replace(p, **mean), MomentZH(order=order), order)
     return [*p.v, *guess[9:]]
 
 

@@ -38,12 +38,9 @@ def tilt(n, b):
     way = dr.select(cb > 0, 2 * little, 1)
     across = [dr.select(alone, dr.fma(way, e, a), a) for e, a in zip(extra, across, strict=True)]
     length = dr.sqrt(_dot(across, across))
-    f = [a / length for a in across]
-    # Rounding leaves a share along the normal that a short vector cannot hide.
-    rest = dr.detach(_dot(f, n))
-    f = [dr.fma(-rest, n_k, f_k) for n_k, f_k in zip(n, f, strict=True)]
     above = cb > 0
-    return dr.select(above, cb, 0), dr.select(above & (length < 1), length, 1), f
+    sb = dr.select(above & (length < 1), length, 1)
+    return dr.select(above, cb, 0), sb, [a / length for a in across]
 
 
 def clipped_cone(n, c, cb, sb, f, order):

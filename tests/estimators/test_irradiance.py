@@ -199,6 +199,17 @@ def test_uniform_weighting_opens_cones_by_solid_angle(method):
     assert got == pytest.approx(want, abs=1e-9)
 
 
+def test_a_matched_cone_that_stands_for_its_own_normal_is_at_most_a_hemisphere():
+    """More visibility than a hemisphere about the bent normal leaves above the true plane: a hemisphere, dimmed."""
+    beta, A = np.array([0.5, 0.8, 1.2]), 0.97
+    assert np.max(1 + np.cos(beta)) < 2 * A
+    g = frame(np.tile([0, 0, 1.0], (3, 1)))
+    ao = estimate(g, np.full(3, A), 0.6 * np.stack([np.sin(beta), 0 * beta, np.cos(beta)], axis=-1))
+    pair = gtao.ConeSH(aperture="matched", order=4), gtao.BentNormalIrradiance(order=4)
+    got, want = (gtao.irradiance(SH, g, ao, method).numpy() for method in pair)
+    assert got == pytest.approx(want, abs=1e-12)
+
+
 class TestRefusals:
     g, ao = random_estimate(n=4)
 
