@@ -2,13 +2,14 @@
 
 from .comparison import CompareConfig, CompareOutcome, compare
 from .files import export_fit, occlusion_file, render_scene
-from .lighting import METHODS, CompareLightingConfig, CompareLightingOutcome, compare_lighting
+from .lighting import LIGHTS, METHODS, CompareLightingConfig, CompareLightingOutcome, compare_lighting
 from .refit import RefitOutcome, refit
 from .settings import RefitConfig
 from .tuning import TuneOutcome, tune
 from .tuning_settings import TuneConfig
 
 __all__ = [
+    "LIGHTS",
     "METHODS",
     "CompareConfig",
     "CompareLightingConfig",

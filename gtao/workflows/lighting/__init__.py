@@ -2,6 +2,6 @@
 
 from .methods import METHODS
 from .run import CompareLightingOutcome, compare_lighting
-from .settings import CompareLightingConfig
+from .settings import LIGHTS, CompareLightingConfig
 
-__all__ = ["METHODS", "CompareLightingConfig", "CompareLightingOutcome", "compare_lighting"]
+__all__ = ["LIGHTS", "METHODS", "CompareLightingConfig", "CompareLightingOutcome", "compare_lighting"]
