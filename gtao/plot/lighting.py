@@ -12,7 +12,18 @@ from gtao.errors import ConfigError, ShapeError
 from .comparison import Comparison
 from .comparison_images import error_limit
 from .images import displayed
-from .style import INK, MUTED, NO_VALUE, SIGNED, ShownFigure, method_styles, new_figure, styled
+from .style import (
+    INK,
+    MUTED,
+    NO_VALUE,
+    SIGNED,
+    ShownFigure,
+    grid_shape,
+    hide_unused,
+    method_styles,
+    new_figure,
+    styled,
+)
 
 __all__ = ["LightingComparison", "LightingView", "lighting_bars", "lighting_images"]
 
@@ -86,7 +97,7 @@ def lighting_bars(
         ours: Methods whose names are emphasised.
 
     Returns:
-        One panel per kind of light, with one bar per method and series; methods in the order of the first series of
+        One panel per kind of light, two in a row, with one bar per method and series; methods in the order of the first series of
         the first panel, the lowest error on top.
 
     Raises:
@@ -100,14 +111,15 @@ def lighting_bars(
     names = list(first)
     styles = method_styles(names)
     thick = 0.8 / len(names)
-    figure, grid = new_figure(1, len(series), cell=(3.9, 1.1 + 0.105 * (len(names) + 1) * len(order)), sharey=True)
-    for axis, (kind, sources) in zip(grid[0], series.items(), strict=True):
+    rows, columns = grid_shape(len(series), 2)
+    figure, grid = new_figure(rows, columns, cell=(4.4, 0.9 + 0.1 * (len(names) + 1) * len(order)), sharey=True)
+    for axis, (kind, sources) in zip(hide_unused(grid, len(series)), series.items(), strict=True):
         top = max(v for values in sources.values() for v in values.values())
         for i, name in enumerate(names):
             values = sources.get(name, {})
-            rows = [y for y, m in enumerate(order) if m in values]
-            bars = [values[order[y]] for y in rows]
-            at = np.array(rows) + (i - (len(names) - 1) / 2) * thick
+            places = [y for y, m in enumerate(order) if m in values]
+            bars = [values[order[y]] for y in places]
+            at = np.array(places) + (i - (len(names) - 1) / 2) * thick
             axis.barh(at, bars, 0.92 * thick, color=styles[name]["color"], label=name, linewidth=0)
             for y, value in zip(at, bars, strict=True):
                 axis.annotate(f"{value:.3f}", (value, y), xytext=(3, 0), textcoords="offset points", va="center",
@@ -116,7 +128,7 @@ def lighting_bars(
         axis.set_title(kind)
         axis.grid(visible=False, axis="y")
     grid[0, 0].set(yticks=range(len(order)), yticklabels=order, ylim=(len(order) - 0.4, -0.6))
-    for label in grid[0, 0].get_yticklabels():
+    for label in (label for axis in grid[:, 0] for label in axis.get_yticklabels()):
         label.set_fontweight("bold" if label.get_text() in ours else "normal")
     handles, labels = grid[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(names))

@@ -20,7 +20,7 @@ _ERRORS_NOTE = (
 )
 _CUT_NOTE = (
     "Where the light is cut, so is the truth: what is left is the error of the visibility alone. What the cut itself "
-    "costs is measured apart, with exact visibility."
+    "costs is measured apart, with exact visibility. A window takes the negative radiance out of light that was cut."
 )
 
 

@@ -122,6 +122,7 @@ def main():
                 "standings": full["numbers"]["standings"],
                 "means": full["numbers"]["means"],
                 "noise": noises(full["numbers"]["lights"]),
+                "frames": {light: len(cuts["all bands"]) for light, cuts in full["numbers"]["lights"].items()},
             }
         )
         | {"notes": full["numbers"]["notes"]},

@@ -15,7 +15,7 @@ from gtao.workflows.lighting import lights, run, tables
 SMALL = {"resolution": 24, "spp": 64}
 METHODS = ("slice-moments", "clipped-cone-4", "bent-normal-average-horizon", "unoccluded")
 SOURCES = ("ray-traced visibility", "dense slices", "few slices, filtered")
-CUTS = ("order 2", "order 4", "all bands")
+CUTS = ("order 2", "order 4", "all bands", "all bands, windowed")
 LIMITS = "exact visibility, light cut"
 
 
@@ -93,7 +93,7 @@ def test_the_numbers_are_those_of_the_images(outcome, cut):
     light = lighting.to_view(lighting.von_mises_fisher(direction, 20).project(4), gtao.render.view_to_world(scene))
     whole = gtao.render.irradiance(scene, environment, g, radius, 64, 4)
     mean = whole.mean.numpy()[mask].mean()
-    if cut == "all bands":
+    if cut.startswith("all bands"):
         truth, variance = whole.mean.numpy(), whole.variance.numpy()
     else:
         n = {"order 2": 9, "order 4": 25}[cut]
@@ -104,8 +104,14 @@ def test_the_numbers_are_those_of_the_images(outcome, cut):
         a, b = (run @ light for run in runs)
         truth, variance = (a + b) / 2, (a - b) ** 2 / 4
     ao = gtao.ambient_occlusion(g, gtao.GTAO(radius=radius, n_slices=32, n_steps=32, directional=True))
-    for name, method in (("slice-moments", gtao.SliceMoments()), ("clipped-cone-4", gtao.ClippedCone(order=4))):
-        image = gtao.irradiance(light, g, ao, method).numpy()
+    given = (light, light)
+    if cut.endswith("windowed"):
+        # The width is the same however the light is turned.
+        given = [lighting.non_negative(environment.project(order), "laplacian")[1] for order in (2, 4)]
+        given = [lighting.window(light[:n], "laplacian", width) for n, width in zip((9, 25), given, strict=True)]
+    methods = {"slice-moments": gtao.SliceMoments(), "clipped-cone-4": gtao.ClippedCone(order=4)}
+    for (name, method), coefficients in zip(methods.items(), given, strict=True):
+        image = gtao.irradiance(coefficients, g, ao, method).numpy()
         error = (image - truth)[mask].astype(float)
         expected = math.sqrt(np.mean(error**2) - variance[mask].mean()) / mean
         found = errors(result, "vmf:20", cut, "dense slices")[name]
@@ -125,6 +131,16 @@ def test_exact_moments_have_no_error_of_their_own(outcome):
             assert found["slice-moments"]["rmse"] < 0.6 * scene.noise
             assert found["clipped-cone-4"]["rmse"] > found["slice-moments"]["rmse"]
             assert found["unoccluded"]["rmse"] > 0.05
+
+
+def test_windowed_light_is_never_negative():
+    sharp, smooth = lights.lights(["vmf:20", "vmf:0.5"])
+    light = sharp.map.project(4)
+    for order in (2, 4):
+        assert lighting.minimum(light[: (order + 1) ** 2]).min() < -0.1
+        assert lighting.minimum(sharp.windowed(light, order)).min() > -1e-9
+    light = smooth.map.project(4)
+    assert np.array_equal(smooth.windowed(light, 2), light[:9])
 
 
 def test_what_the_cut_of_the_light_costs(outcome):

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +11,14 @@ import numpy as np
 
 from gtao import io, render
 from gtao.errors import ConfigError
-from gtao.lighting import EnvironmentMap, disc, gradient_sky, von_mises_fisher
+from gtao.lighting import EnvironmentMap, disc, gradient_sky, non_negative, von_mises_fisher, window
+
+from .methods import ORDERS
 
 __all__ = ["Light", "lights", "placed"]
 
+#: Kind of the window against ringing.
+WINDOW = "laplacian"
 #: Rows of the maps that are made here: a texel is 1.4 degrees high.
 HEIGHT = 128
 #: Directions along each side of a texel of Mitsuba's sky: a dozen fall into the sun.
@@ -38,6 +43,17 @@ class Light:
     name: str
     map: EnvironmentMap
     source: dict[str, Any]
+
+    @cached_property
+    def widths(self) -> dict[int, float]:
+        """Highest band -> width of the window that leaves no negative radiance anywhere; inf where none is needed."""
+        light = self.map.project(max(ORDERS))
+        return {order: non_negative(light[: (order + 1) ** 2], WINDOW)[1] for order in ORDERS}
+
+    def windowed(self, light: np.ndarray, order: int) -> np.ndarray:
+        """Coefficients of the light in any frame, up to a band, without negative radiance."""
+        cut = light[: (order + 1) ** 2]
+        return cut if math.isinf(self.widths[order]) else window(cut, WINDOW, self.widths[order])
 
 
 def lights(given: Sequence[str]) -> list[Light]:

@@ -12,15 +12,18 @@ from gtao.lighting import EnvironmentMap, to_view
 from gtao.plot import LightingView, MethodResult, SceneComparison
 
 from .frames import RUNS, LightingFrame
-from .methods import DENSE, ORDER
+from .lights import Light
+from .methods import DENSE, ORDER, ORDERS, order_of
 from .settings import CompareLightingConfig
 
-__all__ = ["ALL", "CUTS", "LIMITS", "measure", "view"]
+__all__ = ["ALL", "CUTS", "LIMITS", "WINDOWED", "measure", "view"]
 
 #: What the light is cut to -> highest band.
 CUTS = {"order 2": 2, "order 4": 4}
 #: The light as it is.
 ALL = "all bands"
+#: The same, but methods get it through a window that leaves no negative radiance.
+WINDOWED = "all bands, windowed"
 #: Group of what exact visibility makes of light that was cut: the error that the cut alone causes.
 LIMITS = "exact visibility, light cut"
 
@@ -47,20 +50,21 @@ class _Image:
 
 
 def measure(
-    frame: LightingFrame, environment: EnvironmentMap, config: CompareLightingConfig
+    frame: LightingFrame, light: Light, environment: EnvironmentMap, config: CompareLightingConfig
 ) -> tuple[dict[str, SceneComparison], np.ndarray] | None:
     """Every method under one light.
 
     Args:
         frame: the view.
-        environment: the light, in the world of the scene.
+        light: the light.
+        environment: the light in the world of the scene.
 
     Returns:
         What the light is cut to -> errors of every method from every source of visibility, and the (H, W, 3) truth
         under all of the light. All errors are relative to its mean over the surface, and free of the noise of rays.
         None where hardly any light gets to the surface.
     """
-    light = to_view(environment.project(ORDER), render.view_to_world(frame.scene, frame.sensor))
+    whole = to_view(environment.project(ORDER), render.view_to_world(frame.scene, frame.sensor))
     traced = render.irradiance(
         frame.scene,
         environment,
@@ -73,17 +77,18 @@ def measure(
     truth = traced.mean.numpy()
     if truth[frame.mask].mean() < DARK * _open_mean(environment):
         return None
-    truths = {cut: _Image.of(frame.truths, light[: (order + 1) ** 2]) for cut, order in CUTS.items()}
+    truths = {cut: _Image.of(frame.truths, whole[: (order + 1) ** 2]) for cut, order in CUTS.items()}
     truths[ALL] = _Image(truth[frame.mask].astype(np.float64), traced.variance.numpy()[frame.mask])
     mean = float(truths[ALL].mean.mean())
+    truths[WINDOWED] = truths[ALL]
+    windowed = {order: light.windowed(whole, order) for order in ORDERS}
     comparisons = {}
     for cut, reference in truths.items():
-        n = (CUTS.get(cut, ORDER) + 1) ** 2
-        rows = [
-            _row(name, source, _Image.of(runs, light[:n]), reference, mean)
-            for source, methods in frame.harmonics.items()
-            for name, runs in methods.items()
-        ]
+        rows = []
+        for source, methods in frame.harmonics.items():
+            for name, runs in methods.items():
+                given = windowed[order_of(name)] if cut == WINDOWED else whole[: (CUTS.get(cut, ORDER) + 1) ** 2]
+                rows.append(_row(name, source, _Image.of(runs, given), reference, mean))
         if cut == ALL:
             rows += [_row(name, LIMITS, truths[name], reference, mean) for name in CUTS]
         comparisons[cut] = SceneComparison(

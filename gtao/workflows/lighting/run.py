@@ -74,7 +74,7 @@ class _Results:
         for i, light in enumerate(given):
             progress(i, len(given))
             environment = placed(light, frame.up, turn)
-            measured = measure(frame, environment, self.config)
+            measured = measure(frame, light, environment, self.config)
             if measured is None:
                 self.notes.append(f"Left out, because hardly any light gets there: {frame.name} under {light.name}.")
                 continue
