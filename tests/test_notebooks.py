@@ -35,6 +35,7 @@ def test_all_notebooks_are_here():
         "albedo_from_light.ipynb",
         "camera_from_visibility.ipynb",
         "scene_from_photograph.ipynb",
+        "directional_occlusion.ipynb",
     }
 
 

@@ -97,8 +97,8 @@ def lighting_bars(
         ours: Methods whose names are emphasised.
 
     Returns:
-        One panel per kind of light, two in a row, with one bar per method and series; methods in the order of the first series of
-        the first panel, the lowest error on top.
+        One panel per kind of light, two in a row, with one bar per method and series; methods in the order of the first
+        series of the first panel, the lowest error on top.
 
     Raises:
         ShapeError: There is no error.
@@ -177,7 +177,7 @@ def lighting_images(view: LightingView, *, limit: float | None = None) -> Figure
         axis.set_title(name, color=INK)
     axes[1, 0].set_axis_off()
     drawn = None
-    for axis, (name, error) in zip(axes[1, 1:], errors.items(), strict=True):
+    for axis, error in zip(axes[1, 1:], errors.values(), strict=True):
         drawn = axis.imshow(np.ma.masked_invalid(error), cmap=SIGNED, vmin=-top, vmax=top, interpolation="nearest")
         root = float(np.sqrt(np.nanmean(error**2)))
         axis.set_xlabel(f"RMSE {root:.3f}, mean {np.nanmean(error):+.3f}", color=MUTED, fontsize=7.5, loc="left")
