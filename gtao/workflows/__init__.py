@@ -2,15 +2,15 @@
 
 from .comparison import CompareConfig, CompareOutcome, compare
 from .files import export_fit, occlusion_file, render_scene
-from .lighting import LIGHTS, METHODS, CompareLightingConfig, CompareLightingOutcome, compare_lighting
+from .lighting import IRRADIANCE_METHODS, LIGHTS, CompareLightingConfig, CompareLightingOutcome, compare_lighting
 from .refit import RefitOutcome, refit
 from .settings import RefitConfig
 from .tuning import TuneOutcome, tune
 from .tuning_settings import TuneConfig
 
 __all__ = [
+    "IRRADIANCE_METHODS",
     "LIGHTS",
-    "METHODS",
     "CompareConfig",
     "CompareLightingConfig",
     "CompareLightingOutcome",

@@ -10,7 +10,7 @@ import pytest
 
 import gtao
 from gtao import cli, io, lighting, plot, workflows
-from gtao.workflows.lighting import lights, run, tables
+from gtao.workflows.lighting import frames, lights, run, tables
 
 SMALL = {"resolution": 24, "spp": 64}
 METHODS = ("slice-moments", "clipped-cone-4", "bent-normal-average-horizon", "unoccluded")
@@ -103,21 +103,45 @@ def test_the_numbers_are_those_of_the_images(outcome, cut):
         ]
         a, b = (run @ light for run in runs)
         truth, variance = (a + b) / 2, (a - b) ** 2 / 4
-    ao = gtao.ambient_occlusion(g, gtao.GTAO(radius=radius, n_slices=32, n_steps=32, directional=True))
     given = (light, light)
     if cut.endswith("windowed"):
         # The width is the same however the light is turned.
         given = [lighting.non_negative(environment.project(order), "laplacian")[1] for order in (2, 4)]
         given = [lighting.window(light[:n], "laplacian", width) for n, width in zip((9, 25), given, strict=True)]
-    methods = {"slice-moments": gtao.SliceMoments(), "clipped-cone-4": gtao.ClippedCone(order=4)}
-    for (name, method), coefficients in zip(methods.items(), given, strict=True):
+
+    def estimate(n_slices, n_steps, spatial=None, **directions):
+        method = gtao.GTAO(radius=radius, n_slices=n_slices, n_steps=n_steps, **directions)
+        ao = gtao.ambient_occlusion(g, method)
+        return gtao.denoise(ao, g, spatial) if spatial else ao
+
+    game = (3, 3, gtao.EdgeAwareFilter(passes=2))
+    half = {"bent_normal": "average_horizon"}
+    open_ = gtao.AmbientOcclusion(visibility=g.types.Tensor(np.ones(g.shape, np.float32)))
+    for source, name, ao, method, coefficients in (
+        ("dense slices", "slice-moments", estimate(32, 32, directional=True), gtao.SliceMoments(), given[0]),
+        ("dense slices", "clipped-cone-4", estimate(32, 32, bent_normal=True), gtao.ClippedCone(order=4), given[1]),
+        ("dense slices", METHODS[2], estimate(32, 32, **half), gtao.BentNormalIrradiance(order=4), given[1]),
+        ("few slices, filtered", "slice-moments", estimate(*game, directional=True), gtao.SliceMoments(), given[0]),
+        ("few slices, filtered", METHODS[2], estimate(*game, **half), gtao.BentNormalIrradiance(order=4), given[1]),
+        ("dense slices", "unoccluded", open_, gtao.OcclusionTimesIrradiance(order=4), given[1]),
+    ):
         image = gtao.irradiance(coefficients, g, ao, method).numpy()
         error = (image - truth)[mask].astype(float)
         expected = math.sqrt(np.mean(error**2) - variance[mask].mean()) / mean
-        found = errors(result, "vmf:20", cut, "dense slices")[name]
-        # The light's texels are a degree away from where another azimuth puts them.
+        found = errors(result, "vmf:20", cut, source)[name]
+        # The texels of the light are a degree away from where another azimuth puts them.
         assert found["rmse"] == pytest.approx(expected, rel=2e-2)
         assert found["bias"] == pytest.approx(error.mean() / mean, abs=2e-3)
+
+
+def test_the_truth_and_what_methods_are_given_share_no_rays():
+    config = workflows.CompareLightingConfig(scenes=("trench",), methods=("slice-moments",), **SMALL)
+    (frame,) = frames.views_of("trench", "trench", config, lambda _: lambda *_: None)
+    runs = [*frame.truths, *(run for run in frame.harmonics["ray-traced visibility"]["slice-moments"])]
+    noise = [run[:, :9] - runs[0][:, :9] for run in runs[1:]]
+    for i, one in enumerate(noise):
+        assert np.abs(one).max() > 1e-3
+        assert not any(np.array_equal(one, other) for other in noise[:i])
 
 
 def test_exact_moments_have_no_error_of_their_own(outcome):
@@ -154,7 +178,7 @@ def test_what_the_cut_of_the_light_costs(outcome):
 def test_a_plane_in_the_open_is_right_for_all(tmp_path):
     config = workflows.CompareLightingConfig(scenes=("open_plane",), environments=("vmf:4",), **SMALL)
     result = workflows.compare_lighting(config, tmp_path / "out")
-    assert set(errors(result, "vmf:4", "order 2", "dense slices")) == set(workflows.METHODS)
+    assert set(errors(result, "vmf:4", "order 2", "dense slices")) == set(workflows.IRRADIANCE_METHODS)
     for name, found in errors(result, "vmf:4", "order 2", "dense slices").items():
         if name == "bent-normal-average-horizon":
             assert found["rmse"] > 0.01  # the plane is tilted, halves between horizons lean toward the viewer

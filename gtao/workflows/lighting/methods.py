@@ -21,7 +21,17 @@ from gtao.estimators import ambient_occlusion, denoise, irradiance
 from gtao.gbuffer import GBuffer
 from gtao.results import AmbientOcclusion
 
-__all__ = ["DENSE", "GAME", "METHODS", "ORDERS", "TRACED", "estimates", "order_of", "projected", "traced_estimate"]
+__all__ = [
+    "DENSE",
+    "GAME",
+    "IRRADIANCE_METHODS",
+    "ORDERS",
+    "TRACED",
+    "estimates",
+    "order_of",
+    "projected",
+    "traced_estimate",
+]
 
 #: Highest band of the light that any method takes, and the number of its coefficients.
 ORDER = 4
@@ -65,12 +75,12 @@ _ENTRIES = {
 
 #: Name -> method of :func:`gtao.irradiance`. "bent-normal-average-horizon" is given the directions of
 #: ``GTAO(bent_normal="average_horizon")``, "unoccluded" a visibility of 1.
-METHODS: Mapping[str, Any] = {name: entry.method for name, entry in _ENTRIES.items()}
+IRRADIANCE_METHODS: Mapping[str, Any] = {name: entry.method for name, entry in _ENTRIES.items()}
 
 
 def order_of(name: str) -> int:
     """Highest band of the light that a method takes."""
-    return getattr(METHODS[name], "order", 2)
+    return getattr(IRRADIANCE_METHODS[name], "order", 2)
 
 
 def traced_estimate(g: GBuffer, traced: Any) -> AmbientOcclusion:

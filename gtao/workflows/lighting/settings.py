@@ -6,7 +6,7 @@ from typing import Any
 
 from gtao.errors import ConfigError
 
-from .methods import METHODS
+from .methods import IRRADIANCE_METHODS
 
 __all__ = ["LIGHTS", "UPS", "CompareLightingConfig"]
 
@@ -28,7 +28,7 @@ class CompareLightingConfig:
         environments: light from afar: latitude-longitude images (.hdr, .exr; up is their upper edge), "gradient" (a
             sky), "vmf:κ" (a von Mises-Fisher lobe of concentration κ), "disc:DEGREES" (a disc of that angular radius)
             or "sunsky" (Mitsuba's); empty for all that need no file.
-        methods: names from :data:`gtao.workflows.METHODS`; empty for all.
+        methods: names from :data:`gtao.workflows.IRRADIANCE_METHODS`; empty for all.
         radius: reach of occluders in scene units, also by name of the scene; None, or no entry, for the scene's own
             (embedded), or a tenth of the frame's height at the median depth.
         up: axis of the scenes that points to the top of the light, "x", "y" or "z", also by name of the scene; None, or
@@ -56,8 +56,8 @@ class CompareLightingConfig:
 
     def __post_init__(self) -> None:
         for name in self.methods:
-            if name not in METHODS:
-                raise ConfigError(f"method must be one of {', '.join(METHODS)}, got {name!r}")
+            if name not in IRRADIANCE_METHODS:
+                raise ConfigError(f"method must be one of {', '.join(IRRADIANCE_METHODS)}, got {name!r}")
         for name, given in (("methods", self.methods), ("environments", self.environments)):
             if len(set(given)) < len(given):
                 raise ConfigError(f"{name} given more than once: {', '.join(given)}")
@@ -85,7 +85,7 @@ class CompareLightingConfig:
     @property
     def names(self) -> tuple[str, ...]:
         """The methods to compare."""
-        return self.methods or tuple(METHODS)
+        return self.methods or tuple(IRRADIANCE_METHODS)
 
     @property
     def lights(self) -> tuple[str, ...]:
