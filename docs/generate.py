@@ -9,7 +9,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from _validation import comparison, estimator, methods, multibounce, packing, performance, preset
+from _validation import comparison, estimator, lighting, methods, multibounce, packing, performance, preset
 
 import gtao
 
@@ -33,7 +33,7 @@ def pages():
     """File name -> text."""
     paths = {
         name: ROOT / "references" / name / "record.json"
-        for name in ("validation", "comparison", "packing", "performance")
+        for name in ("validation", "comparison", "lighting", "packing", "performance")
     }
     paths |= {kind: newest(kind) for kind in ("occlusion", "multibounce")}
     records = {name: gtao.io.read_record(path) for name, path in paths.items()}
@@ -52,8 +52,16 @@ Every number on this page comes from a record that a command replays:
 {comparison.section(records["comparison"])}
 {preset.section(records["occlusion"])}
 {multibounce.section(records["multibounce"])}"""
+    under_light = f"""{NOTICE}
+
+# Directional occlusion under light
+
+Every number on this page comes from {source(paths["lighting"])}.
+
+{lighting.section(records["lighting"])}"""
     return {
         "validation.md": validation,
+        "directional-occlusion.md": under_light,
         "generated/performance.md": f"{NOTICE}\n\n{performance.section(records['performance'])}",
         "generated/packing.md": f"{NOTICE}\n\n{packing.section(records['packing'])}",
         "generated/methods.md": f"{NOTICE}\n\n{methods.section(records['comparison'])}\n",

@@ -3,6 +3,7 @@
     python references/lighting/run.py                        # embedded scenes, light that needs no file
     python references/lighting/run.py --quick -o out/lighting-quick
     python references/lighting/run.py --maps A.hdr B.exr … --scenes FOLDER
+    python references/lighting/run.py --again --scenes FOLDER        # from what an earlier run left in --full
 
 ``docs/generate.py`` makes the page *Directional occlusion under light* of it. The comparison itself is
 `gtao compare-lighting`, whose whole output (report, pictures, complete record) stays in ``--full``; kept is what the
@@ -12,9 +13,10 @@ and hashes, and README.md says where they come from.
 
 import argparse
 import json
-import shutil
 import sys
 from pathlib import Path
+
+from PIL import Image
 
 import gtao
 
@@ -26,8 +28,13 @@ RESOLUTION, SPP, SEED = 128, 512, 0
 TURN = 137.5
 QUICK = {"resolution": 32, "spp": 64, "scenes": ("stairs", "foliage")}
 
-#: Pictures to keep: figure of the full output -> name here.
-PICTURES = ("methods.png", "stairs-camera-0_gradient.png", "stairs-camera-0_vmf-20.png", "stairs-camera-0_sunsky.png")
+#: Pictures to keep, in 256 colours.
+PICTURES = (
+    "methods.png",
+    "stairs-camera-0_vmf-20.png",
+    "arcade-camera-1_sunsky.png",
+    "city-camera-1_forest.png",
+)
 
 _ASSETS = {
     "author": "Poly Haven",
@@ -81,18 +88,8 @@ def noises(numbers):
     }
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("-o", "--output", type=Path, default=HERE, help="directory for the record and the pictures")
-    parser.add_argument("--full", type=Path, default=FULL, help="directory for all that gtao compare-lighting writes")
-    parser.add_argument("--maps", type=Path, nargs="*", default=[], help="environment maps")
-    parser.add_argument("--scenes", type=Path, nargs="*", default=[], help="folders with scenes.json")
-    parser.add_argument("--quick", action="store_true", help="small and noisy, to see every part run")
-    options = parser.parse_args()
-    found, credits = {}, dict(CREDITS)
-    for folder in options.scenes:
-        scenes, known = described(folder)
-        found, credits = found | scenes, credits | known
+def measure(options, found):
+    """Run the comparison into the directory for everything."""
     settings = {"scenes": gtao.render.scenes.names("procedural"), "resolution": RESOLUTION, "spp": SPP}
     settings |= QUICK if options.quick else {}
     config = gtao.workflows.CompareLightingConfig(
@@ -110,30 +107,53 @@ def main():
             print(f"{done} of {total} scenes", file=sys.stderr, flush=True)
 
     outcome = gtao.workflows.compare_lighting(config, options.full, progress=progress)
-    full = outcome.record
-    inputs = [entry | credits.get(entry["sha256"], {}) for entry in full["inputs"]]
-    kept = {key: full[key] for key in ("created", "started", "git", "versions", "device", "seed", "config")} | {
+    print(outcome.summary())
+
+
+def kept(full, credits):
+    """What the page needs of the full record."""
+    numbers = full["numbers"]
+    files = {entry["path"]: entry["light"] for entry in full["inputs"] if "light" in entry}
+    lights = [files.get(name, name) for name in full["config"]["environments"]]
+    record = {key: full[key] for key in ("created", "started", "git", "versions", "device", "seed", "config")}
+    return record | {
         "kind": "comparison under light",
         "command": ["python", "references/lighting/run.py"],
-        "inputs": inputs,
-        "numbers": rounded(
-            {
-                "order": list(outcome.comparison.tables),
-                "standings": full["numbers"]["standings"],
-                "means": full["numbers"]["means"],
-                "noise": noises(full["numbers"]["lights"]),
-                "frames": {light: len(cuts["all bands"]) for light, cuts in full["numbers"]["lights"].items()},
-            }
-        )
-        | {"notes": full["numbers"]["notes"]},
+        "inputs": [entry | credits.get(entry["sha256"], {}) for entry in full["inputs"]],
+        "numbers": {
+            "order": [light for light in lights if light in numbers["standings"]],
+            "standings": rounded(numbers["standings"]),
+            "means": rounded(numbers["means"]),
+            "noise": rounded(noises(numbers["lights"])),
+            "frames": {light: len(cuts["all bands"]) for light, cuts in numbers["lights"].items()},
+            "notes": numbers["notes"],
+        },
     }
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("-o", "--output", type=Path, default=HERE, help="directory for the record and the pictures")
+    parser.add_argument("--full", type=Path, default=FULL, help="directory for all that gtao compare-lighting writes")
+    parser.add_argument("--maps", type=Path, nargs="*", default=[], help="environment maps")
+    parser.add_argument("--scenes", type=Path, nargs="*", default=[], help="folders with scenes.json")
+    parser.add_argument("--quick", action="store_true", help="small and noisy, to see every part run")
+    parser.add_argument("--again", action="store_true", help="measure nothing, keep anew what lies in --full")
+    options = parser.parse_args()
+    found, credits = {}, dict(CREDITS)
+    for folder in options.scenes:
+        scenes, known = described(folder)
+        found, credits = found | scenes, credits | known
+    if not options.again:
+        measure(options, found)
+    record = kept(gtao.io.read_record(options.full / "record.json"), credits)
     pictures = [name for name in PICTURES if (options.full / name).exists()]
     options.output.mkdir(parents=True, exist_ok=True)
     for name in pictures:
-        shutil.copyfile(options.full / name, options.output / name)
-    kept["outputs"] = [gtao.io.file_entry(options.output / name, options.output) for name in pictures]
-    gtao.io.write_record(options.output / "record.json", kept, overwrite=True)
-    print(outcome.summary())
+        with Image.open(options.full / name) as image:
+            image.convert("RGB").quantize(256).save(options.output / name, optimize=True)
+    record["outputs"] = [gtao.io.file_entry(options.output / name, options.output) for name in pictures]
+    gtao.io.write_record(options.output / "record.json", record, overwrite=True)
 
 
 if __name__ == "__main__":
