@@ -72,6 +72,8 @@ def accumulate(precision, samples, **options):
     values = {"scale": 0.0, "offset": 0.0, "reach": 0.0, "tau": 0.0, "depth": 0.0, "stretch": 1.0, "blend": 0.0}
     switches = {
         "weighting": "cosine",
+        "order": 0,
+        "bent_normal": "exact",
         "falloff": "none",
         "toward": "tangent",
         "from_tangent": False,
@@ -100,7 +102,8 @@ def accumulate(precision, samples, **options):
         )
         state = accumulator.add(state, 1, sample, sl)
     seen = float(np.array(state[1])[0])
-    return seen, float(np.array(accumulator.finish(state, sl))[0]), (nV, nT, -low)
+    (value,) = accumulator.finish(state, sl)
+    return seen, float(np.array(value)[0]), (nV, nT, -low)
 
 
 SAMPLES = [(0.1, 0.2), (-0.4, 0.5), (0.6, 0.9), (0.3, 0.3), (0.7, 1.4)]

@@ -26,7 +26,14 @@ def slice_of(Float, n):
 
 def horizon(Float, cosines, temperature=None):
     """Horizon cosine of side 0 after samples (samples, lanes); of uniform weighting, whose value is 1 - (c0 + c1)/2."""
-    options = {"weighting": "uniform", "arccosine": "exact", "orthographic": True, "blended": False}
+    options = {
+        "weighting": "uniform",
+        "order": 0,
+        "bent_normal": "exact",
+        "arccosine": "exact",
+        "orthographic": True,
+        "blended": False,
+    }
     options |= {"falloff": "none", "toward": "tangent", "from_tangent": True, "thickness": "none", "stretched": False}
     options |= dict.fromkeys(("scale", "offset", "reach", "tau", "depth", "stretch", "blend"), Float(0))
     a = Horizon(**options) if temperature is None else SoftHorizon(**options, temperature=temperature)
@@ -34,7 +41,8 @@ def horizon(Float, cosines, temperature=None):
     state = a.begin(sl)
     for c in cosines:
         state = a.add(state, 0, SimpleNamespace(c=c, d2=Float(1), D=(0, 0, 0), j=0), sl)
-    return 2 - 2 * a.finish(state, sl) + sl.start[0]
+    (value,) = a.finish(state, sl)
+    return 2 - 2 * value + sl.start[0]
 
 
 def random_cosines(n_samples, n=500, seed=0):
