@@ -303,6 +303,7 @@ def test_standings_by_hand():
         ({"up": "w"}, "up must be one of x, y, z"),
         ({"up": {"stairs": ""}}, "up must be one of x, y, z"),
         ({"turn": 400}, "turn must be an angle"),
+        ({"turn": -400}, "turn must be an angle"),
         ({"turn": math.nan}, "turn must be an angle"),
         ({"spp": 40}, "spp must be a multiple of 16"),
         ({"spp": 16}, "spp must be a multiple of 16"),
