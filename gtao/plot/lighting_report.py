@@ -14,6 +14,9 @@ from .page import page
 
 __all__ = ["lighting_figures", "lighting_report"]
 
+#: Pictures on a page, half a megabyte each at 128x128; every light has one at least.
+_PICTURES = 24
+
 _ERRORS_NOTE = (
     "Errors are those of the irradiance of all pixels that show a surface, in all colour channels, relative to its "
     "mean under the whole light, without the noise of the rays. Truth and estimates have the same reach of occluders."
@@ -40,16 +43,15 @@ def lighting_report(comparison: LightingComparison, *, figures: Mapping[str, Fig
         figures: From :func:`lighting_figures`; drawn if left out.
 
     Returns:
-        HTML with its images and styles inside; it needs no network.
+        HTML with its images and styles inside; it needs no network. With many views it shows the first ones under each
+        light, so that a browser can hold it.
     """
     drawn = lighting_figures(comparison) if figures is None else figures
     sections = [_headline(comparison, drawn["methods"])]
+    n_pictures = max(1, _PICTURES // len(comparison.tables))
     for i, (light, cuts) in enumerate(comparison.tables.items()):
-        pictures = [
-            image(drawn[figure_name(v.frame, v.light)], f"{v.frame}, {v.source}")
-            for v in comparison.views
-            if v.light == light
-        ]
+        views = [view for view in comparison.views if view.light == light][:n_pictures]
+        pictures = [image(drawn[figure_name(v.frame, v.light)], f"{v.frame}, {v.source}") for v in views]
         tables = [_tables(name, table) for name, table in cuts.items()]
         sections.append(section(light, *pictures, *tables, anchor=f"light-{i}"))
     sections.append(_repeat(comparison))

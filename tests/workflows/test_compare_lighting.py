@@ -1,6 +1,7 @@
 """The comparison of irradiance under light, small."""
 
 import csv
+import dataclasses
 import json
 import math
 import sys
@@ -368,6 +369,18 @@ def test_command(monkeypatch, capfd, tmp_path):
     assert out.splitlines()[-1] == f"report: {tmp_path / 'out' / 'report.html'}"
     config = io.read_record(tmp_path / "out" / "record.json")["config"]
     assert (config["methods"], config["environments"], config["turn"]) == (["occlusion"], ["disc:20"], 10)
+
+
+def test_a_page_holds_so_many_pictures_only(outcome):
+    result, _ = outcome
+    comparison = result.comparison
+    figures = plot.lighting_figures(comparison)
+    many = [dataclasses.replace(comparison.views[0], frame=f"frame {i}") for i in range(40)]
+    some = plot.lighting_figures(dataclasses.replace(comparison, views=many[:1]))
+    drawn = figures | {f"frame-{i}_gradient": some["frame-0_gradient"] for i in range(40)}
+    page = plot.lighting_report(dataclasses.replace(comparison, views=many), figures=drawn)
+    # Half of two dozen for each of two lights, of which one has no view, and the bars.
+    assert page.count("data:image/png") == 12 + 1
 
 
 def test_figures_refuse_nothing_to_draw():
