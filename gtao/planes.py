@@ -49,8 +49,8 @@ class PlanarImage:
         if not isinstance(value, Planes):
             return value
         tensor = value.tensor()
-        # Kept, but not while gradients flow: a backward pass consumes the graph behind it.
-        if not dr.grad_enabled(tensor):
+        # Kept, but not with gradients, which whoever read it first may have suspended.
+        if not any(getattr(array, "index_ad", 0) for array in value.arrays):
             vars(instance)[self._name] = tensor
         return tensor
 

@@ -28,7 +28,8 @@ class AmbientOcclusion:
         visibility_sh: (H, W, 9) visibility times cosine in real spherical harmonics of bands 0 to 2 in the view frame,
             or None (docs/conventions: no Condon-Shortley phase); with uniform weighting without the cosine, over the
             normal's hemisphere. 0 on the background. Power, floor and ceiling leave it alone.
-        normal_v: (H, W, 3) normals of the frame, where there are directions, else None.
+        normal_v: (H, W, 3) normals of the frame, where there are directions, else None. Where one faces away from the
+            viewer, visibility and directions are those of the normal turned until it is seen edge-on (docs/departures).
         variance: (H, W) variance of the visibility, 0 on the background; from Monte Carlo methods, else None.
         config: the method that made it.
 

@@ -5,7 +5,8 @@ import drjit as dr
 from gtao.errors import ConfigError
 from gtao.kernels import steps
 
-from .envelope import MAX_UNROLLED, Banded, Fused, Sealed, Stored, Through, is_fused, mean_of_bands
+from .bands import mean_of_bands
+from .envelope import MAX_UNROLLED, Banded, Fused, Sealed, Stored, Through, is_fused
 from .job import Job
 
 __all__ = ["estimate"]

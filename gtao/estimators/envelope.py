@@ -11,12 +11,14 @@ from typing import Any, cast
 
 import drjit as dr
 
+from gtao.kernels import search
 from gtao.kernels.directions import n_sums
 from gtao.kernels.loops import while_loop
 
+from .bands import images, mean_of_bands
 from .job import Job
 
-__all__ = ["MAX_UNROLLED", "Banded", "Fused", "Sealed", "Stored", "Through", "fused", "is_fused", "mean_of_bands"]
+__all__ = ["MAX_UNROLLED", "Banded", "Fused", "Sealed", "Stored", "Through", "fused", "is_fused"]
 
 #: The most slices in straight code.
 MAX_UNROLLED = 4
@@ -43,21 +45,6 @@ def fused(launched: Callable[[], None]):
 def is_fused() -> bool:
     """Whether the caller holds the launch back, see :func:`fused`."""
     return _LAUNCHED.get() is not None
-
-
-def mean_of_bands(job: Job, bands: int):
-    """The results of a march, band after band."""
-    means = _images(job)
-    for band in job.bands(bands):
-        for whole, part in zip(means, band.march().mean(band.accumulator), strict=True):
-            dr.scatter(whole, part, band.lane_index())
-        dr.eval(means)
-    return means
-
-
-def _images(job: Job):
-    """Arrays for the results of a march."""
-    return tuple(dr.empty(job.types.Float, job.n) for _ in range(n_sums(job.accumulator.order)))
 
 
 @contextmanager
@@ -145,7 +132,7 @@ class _Envelope(dr.CustomOp):
         if len(parts) == 1:
             self.set_grad_out(parts[0][1])
             return
-        results = _images(self.job)
+        results = images(self.job)
         for part, tangents in parts:
             for whole, tangent in zip(results, tangents, strict=True):
                 dr.scatter(whole, tangent, part.lane_index())
@@ -182,19 +169,19 @@ class Stored(_Envelope):
     """One launch for the search, which stores the winners, and one for the gradients, whatever happens in between."""
 
     def _search(self):
-        values, self.winners = self.job.march().search(self.job.accumulator)
+        values, self.winners = search.search(self.job.march(), self.job.accumulator)
         dr.eval(values, self.winners)
         return values
 
     def _parts(self):
-        yield self.job, lambda i: self.job.march().stored(self.winners, i, self.job.accumulator)
+        yield self.job, lambda i: search.stored(self.job.march(), self.winners, i, self.job.accumulator)
 
 
 class Fused(_Envelope):
     """Everything in one launch, if nothing is evaluated in between."""
 
     def _search(self):
-        values, self.winners = self.job.march().search_straight(self.job.accumulator)
+        values, self.winners = search.search_straight(self.job.march(), self.job.accumulator)
         return values
 
     def _parts(self):
@@ -215,9 +202,9 @@ class Banded(_Envelope):
 
     def _parts(self):
         for band in self.job.bands(self.bands):
-            _, winners = band.march().search(band.accumulator)
+            _, winners = search.search(band.march(), band.accumulator)
             dr.eval(winners)
-            yield band, lambda i, band=band, winners=winners: band.march().stored(winners, i, band.accumulator)
+            yield band, lambda i, band=band, winners=winners: search.stored(band.march(), winners, i, band.accumulator)
 
 
 class Through(_Envelope):

@@ -3,8 +3,6 @@
 import math
 from typing import Any
 
-import drjit as dr
-
 from gtao.config import (
     GTAO,
     DepthCut,
@@ -18,7 +16,6 @@ from gtao.config import (
 from gtao.errors import ConfigError
 from gtao.gbuffer import GBuffer
 from gtao.kernels.accumulators import Horizon, SphereCut
-from gtao.kernels.shaping import small_radius_fade
 
 from .attached import attached_numbers, is_attached
 from .marching import march_frame, opaque
@@ -28,7 +25,7 @@ __all__ = ["horizon_visibility"]
 
 
 def horizon_visibility(g: GBuffer, method: GTAO, frame_index: int, max_pixels: int | None):
-    """What the march of :class:`gtao.GTAO` gives, before power and floor.
+    """What the march of :class:`gtao.GTAO` gives.
 
     Raises:
         ConfigError: gradients are asked for beside a baseline that has none.
@@ -43,8 +40,7 @@ def horizon_visibility(g: GBuffer, method: GTAO, frame_index: int, max_pixels: i
     accumulator = _sphere_cut(g, method, radius) if exact else _horizon(g, method)
     if method.soft_horizon is not None:
         accumulator = softened(accumulator, opaque(g, method.soft_horizon))
-    flat, *directions = march_frame(g, method, accumulator, radius, frame_index, max_pixels)
-    return _faded(g, method, flat) if method.small_radius_fade else flat, *directions
+    return march_frame(g, method, accumulator, radius, frame_index, max_pixels)
 
 
 def _moments(method: GTAO) -> dict[str, Any]:
@@ -56,13 +52,6 @@ def _moments(method: GTAO) -> dict[str, Any]:
 def _on(share: Any) -> bool:
     """Whether a heuristic is on: also at zero, if its derivative is asked for."""
     return is_attached(share) or plain(share) > 0
-
-
-def _faded(g: GBuffer, method: GTAO, flat):
-    z = dr.select(g.mask.array, g.view_z.array, 1)
-    scale = opaque(g, method.search_radius * g.camera.fx)
-    radius_px = scale if g.camera.is_orthographic else scale / z
-    return dr.select(g.mask.array, flat + small_radius_fade(radius_px, method.n_slices), flat)
 
 
 def _sphere_cut(g: GBuffer, method: GTAO, radius: Any) -> SphereCut:

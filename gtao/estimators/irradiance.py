@@ -26,6 +26,8 @@ from gtao.planes import Planes
 from gtao.results import AmbientOcclusion
 from gtao.tensors import to_tensor
 
+from .shaped import is_shaped
+
 __all__ = ["irradiance"]
 
 
@@ -105,6 +107,11 @@ def _check_needs(method: Any, ao: AmbientOcclusion) -> None:
             f"{name} needs the length of the mean direction, which 'average_horizon' does not have; estimate with"
             " bent_normal=True"
         )
+    if isinstance(method, MomentZH) and ao.planes("visibility_sh") is None and is_shaped(config):
+        raise ConfigError(
+            f"{name} needs the visibility that belongs to the mean direction, and power, floor, ceiling or"
+            " small_radius_fade changed it; leave them out, or estimate with directional=True, which keeps it"
+        )
     if isinstance(method, ClippedCone | ConeSH) and method.aperture == "matched" and weighting != "cosine":
         raise ConfigError(
             f"matching the aperture of {name} needs cosine-weighted visibility, and this estimate has weighting"
@@ -183,15 +190,16 @@ def _slice_moments(p: _Pixels, method: SliceMoments, order: int):
     if order <= 2:
         return p.v
     # What bands 0 and 1 say of visibility and mean direction; the normal has no say.
-    m0, m1, _ = to_moments(p.v)
-    mean = {"A": m0 * (1 / math.pi), "B": tuple(m * (1 / math.pi) for m in m1)}
-    guess = _moment_zh(replace(p, **mean), MomentZH(order=order), order)
+    _, m1, _ = to_moments(p.v)
+    guess = _moment_zh(replace(p, B=tuple(m * (1 / math.pi) for m in m1)), MomentZH(order=order), order)
     return [*p.v, *guess[9:]]
 
 
 def _moment_zh(p: _Pixels, method: MomentZH, order: int):
     b, length = p.axis()
-    kernel = cone_cosine(math.pi * p.A, cones.equivalent_cone(p.A, length), order)
+    # The visibility itself may have been raised to a power.
+    A = p.A if p.v is None else p.v[0] * (2 / math.sqrt(math.pi))
+    kernel = cone_cosine(math.pi * A, cones.equivalent_cone(A, length), order)
     projected = zonal(kernel, basis(*b, order))
     # Band 1 is the mean direction itself.
     band1 = [math.sqrt(3 * math.pi) / 2 * p.B[axis] for axis in (1, 2, 0)]

@@ -53,11 +53,6 @@ class Job:
         k = self.switches
         return k.width * (k.height if self.rows is None else self.rows.number)
 
-    @property
-    def samples_are_pixels(self) -> bool:
-        """Whether samples are read from the frame's own depth."""
-        return self.field.index == self.view_z.index
-
     def inputs(self) -> dict[str, Any]:
         """The floating-point arrays by name.
 

@@ -10,16 +10,14 @@ import drjit as dr
 from gtao.config import GTAO, HBAO, HeightfieldHorizon, HeightfieldRayMarch, VisibilityBitmask
 from gtao.errors import ConfigError
 from gtao.gbuffer import GBuffer
-from gtao.kernels.shaping import shape
 from gtao.planes import Planes
 from gtao.results import AmbientOcclusion
 
-from .attached import is_attached
 from .bitmask import bitmask_visibility
 from .hbao import hbao_visibility
 from .heightfield import horizon_truth, march_truth
 from .horizons import horizon_visibility
-from .marching import opaque
+from .shaped import is_shaped, shaped
 
 __all__ = ["ambient_occlusion"]
 
@@ -32,9 +30,6 @@ _METHODS: dict[type, Callable[..., Any]] = {
 }
 _TRUTHS: dict[type, Callable[..., Any]] = {HeightfieldHorizon: horizon_truth}
 _MONTE_CARLO: dict[type, Callable[..., tuple[Any, Any]]] = {HeightfieldRayMarch: march_truth}
-
-# What :func:`gtao.kernels.shaping.shape` does to the results of methods that have these options.
-_SHAPING = {"power": 1.0, "floor": 0.0, "ceiling": math.inf}
 
 
 # Normalisation of the real spherical harmonics of bands 0 and 1.
@@ -91,10 +86,8 @@ def ambient_occlusion(
     else:
         flat, *directions = _METHODS[type(method)](g, method, frame_index, max_pixels)
     mean_direction, visibility_sh = _directions(flat, directions, g, method)
-    shaped = tuple(getattr(method, name, default) for name, default in _SHAPING.items())
-    if any(map(is_attached, shaped)) or shaped != tuple(_SHAPING.values()):
-        # The background stays 1, whatever derivative an option has.
-        flat = dr.select(g.mask.array, shape(flat, *(opaque(g, value) for value in shaped)), 1)
+    if is_shaped(method):
+        flat = shaped(flat, g, method)
     return AmbientOcclusion(
         visibility=g.types.Tensor(flat, g.shape),
         mean_direction=mean_direction,

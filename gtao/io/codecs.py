@@ -125,7 +125,8 @@ def _half(values: Any) -> Texels:
 
 def _from_moments(visibility: np.ndarray, mean: np.ndarray, weighting: str, **more: Any) -> Directions:
     length = np.linalg.norm(mean, axis=-1, keepdims=True)
-    bent = mean / np.where(length > 0, length, 1)
+    # No direction is left on the background; there an estimate looks back to the viewer.
+    bent = np.where(length > 0, mean / np.where(length > 0, length, 1), [0.0, 0.0, 1.0])
     return Directions(visibility=visibility, bent_normal=bent, mean_direction=mean, weighting=weighting, **more)
 
 
@@ -221,7 +222,7 @@ PACKINGS: dict[str, Packing] = {
             tuple(f"visibility_sh.{i:02d}" for i in range(9)),
             np.float16,
             "visibility_sh",
-            "nine coefficients of the visible hemisphere, half floats",
+            "nine coefficients of the visible hemisphere, half floats; all 0 on the background",
             None,
             _encode_sh16,
             _decode_sh16,

@@ -105,11 +105,13 @@ def write_environment(path: str | os.PathLike, environment: "EnvironmentMap") ->
 
     Raises:
         ConfigError: ``environment`` is no :class:`gtao.lighting.EnvironmentMap`.
-        ImageError: the file cannot be written.
+        ImageError: the file cannot be written, or its name does not end in ``.exr``.
     """
     from gtao.lighting import EnvironmentMap
 
     if not isinstance(environment, EnvironmentMap):
         raise ConfigError(f"environment must be a gtao.lighting.EnvironmentMap, got {type(environment).__name__}")
+    if Path(path).suffix.lower() != ".exr":
+        raise ImageError(f"cannot write {path}: environment maps are written as OpenEXR; give a name that ends in .exr")
     planes = {name: environment.radiance[..., i] for i, name in enumerate(_CHANNELS)}
     write_channels(path, planes, {"environment_to_world": environment.to_world.tolist()})

@@ -5,14 +5,11 @@ the minimal rotation R takes to the view frame (T = R (cos φ, sin φ, 0), V = R
 each pixel is rotated once.
 """
 
-import math
-
 import drjit as dr
 
-__all__ = ["in_view_frame", "n_sums", "summands"]
+from .sh import from_moments
 
-#: Normalisation of the real spherical harmonics of band 2: xy, yz and xz; 3z² - 1; x² - y².
-_XY, _ZZ, _XX_YY = math.sqrt(15 / math.pi) / 2, math.sqrt(5 / math.pi) / 4, math.sqrt(15 / math.pi) / 4
+__all__ = ["in_view_frame", "n_sums", "summands"]
 
 
 def n_sums(order):
@@ -56,18 +53,17 @@ def in_view_frame(sums, V):
     if not second:
         return share, *first
     rows = (dr.fma(-kx, Vx, 1), -kx * Vy, Vx), (-ky * Vx, dr.fma(-ky, Vy, 1), Vy), (-Vx, -Vy, Vz)
-    return share, *first, *_band2(share, second, rows)
+    return share, *first, *from_moments(share, first, _turned(share, second, rows))[4:]
 
 
-def _band2(share, second, rows):
-    """R M Rᵀ of the second moments M, whose trace is the share, as spherical harmonics; theory, eq. (112)."""
+def _turned(share, second, rows):
+    """R M Rᵀ of the second moments M, whose trace is the share: xx, xy, xz, yy, yz, zz."""
     xx, xy, yy, xz, yz = second
     columns = (xx, xy, xz), (xy, yy, yz), (xz, yz, share - xx - yy)
     turned = [[_dot(row, column) for column in columns] for row in rows[:2]]
     Mxx, Mxy, Mxz = (_dot(turned[0], row) for row in rows)
     Myy, Myz = (_dot(turned[1], row) for row in rows[1:])
-    Mzz = share - Mxx - Myy
-    return _XY * Mxy, _XY * Myz, _ZZ * dr.fma(Mzz, 3, -share), _XY * Mxz, _XX_YY * (Mxx - Myy)
+    return Mxx, Mxy, Mxz, Myy, Myz, share - Mxx - Myy
 
 
 def _dot(a, b):

@@ -25,9 +25,9 @@ from .march_types import Pixel, Scalars, Slice, Switches
 from .sampler import Sampler
 from .shaded_point import shaded_point
 from .turns import half_turn
-from .winners import Packing, Tracked
+from .winners import Packing
 
-__all__ = ["March"]
+__all__ = ["March", "added"]
 
 # Steps whose depths are gathered one after the other: more do not fit the registers.
 _TOGETHER = 4
@@ -116,49 +116,15 @@ class March:
         """
 
         def body(i, totals, c, q, off):
-            return i + 1, _sum(totals, self._summands(accumulator, i, c, q, off)), *self.next_azimuth(c, q, off)
+            return i + 1, added(totals, self._summands(accumulator, i, c, q, off)), *self.next_azimuth(c, q, off)
 
-        return self._closed(self._loop(accumulator, body))
-
-    def search(self, accumulator):
-        """:meth:`mean`, and the packed numbers of the winning steps: one word after the other, of slice after slice."""
-        packing = Packing(self.k.n_steps, accumulator.n_extrema)
-        tracked = Tracked(accumulator, packing, self.types.UInt)
-        lane = dr.arange(self.types.UInt, self.n)
-        Word = packing.word_type(self.types.UInt)
-        winners = dr.empty(Word, self.n * self.k.n_slices * packing.n_words)
-
-        def body(i, totals, c, q, off):
-            summands, words = self._tracked(tracked, i, c, q, off)
-            for place, word in zip(self._places(packing, i, lane), words, strict=True):
-                dr.scatter(winners, Word(word), place)
-            return i + 1, _sum(totals, summands), *self.next_azimuth(c, q, off)
-
-        return self._closed(self._loop(accumulator, body)), winners
-
-    def search_straight(self, accumulator):
-        """:meth:`mean` in straight code, and the packed numbers of the winning steps, words of slice after slice."""
-        packing = Packing(self.k.n_steps, accumulator.n_extrema)
-        tracked = Tracked(accumulator, packing, self.types.UInt)
-        azimuth, totals, winners = self.first_azimuth(), (0,) * directions.n_sums(accumulator.order), []
-        for i in range(self.k.n_slices):
-            summands, words = self._tracked(tracked, i, *azimuth)
-            totals, azimuth = _sum(totals, summands), self.next_azimuth(*azimuth)
-            winners.append(words)
-        return self._closed(totals), winners
-
-    def stored(self, winners, i, accumulator):
-        """The words of slice ``i`` in the second result of :meth:`search`."""
-        packing = Packing(self.k.n_steps, accumulator.n_extrema)
-        lane = dr.arange(self.types.UInt, self.n)
-        places = self._places(packing, i, lane)
-        return [self.types.UInt(dr.gather(type(winners), winners, place)) for place in places]
+        return self.closed(self.loop(accumulator, body))
 
     def replay(self, accumulator, words, i, azimuth):
         """What slice ``i`` adds to :meth:`mean`, from its winning samples alone.
 
         Args:
-            words: packed numbers of the winners.
+            words: packed numbers of the winners, see :mod:`gtao.kernels.search`.
             azimuth: cosine, sine and step offset of the slice, see :meth:`first_azimuth`.
         """
         numbers = Packing(self.k.n_steps, accumulator.n_extrema).unpack(words)
@@ -174,8 +140,8 @@ class March:
         sl = self._slice(i, c, q, off)
         return self._directed(self._value(accumulator, sl), sl)
 
-    def _tracked(self, tracked, i, c, q, off):
-        """The same, and the packed numbers of the winning steps."""
+    def tracked(self, tracked, i, c, q, off):
+        """What slice ``i`` adds to the sums, and the packed numbers of its winning steps."""
         sl = self._slice(i, c, q, off)
         values, words = self._value(tracked, sl)
         return self._directed(values, sl), words
@@ -187,18 +153,15 @@ class March:
         """What a slice adds to the means, whose sums are 0 on the background."""
         return tuple(dr.select(self.surface, v, 0) for v in self._means(summands))
 
-    def _closed(self, totals):
+    def closed(self, totals):
+        """The means from the sums over slices: visibility 1 and directions 0 on the background."""
         visibility, *others = self._means(totals)
         return dr.select(self.surface, visibility, 1), *(dr.select(self.surface, v, 0) for v in others)
 
     def _means(self, totals):
         return directions.in_view_frame(tuple(total * (1 / self.k.n_slices) for total in totals), self.pixel.V)
 
-    def _places(self, packing, i, lane):
-        """Where the words of slice ``i`` are."""
-        return [(i * packing.n_words + word) * self.n + lane for word in range(packing.n_words)]
-
-    def _loop(self, accumulator, body):
+    def loop(self, accumulator, body):
         """The sums over slices that ``body(i, totals, c, q, off)`` adds up."""
         UInt, k = self.types.UInt, self.k
         zero = tuple(dr.zeros(self.types.Float, self.n) for _ in range(directions.n_sums(accumulator.order)))
@@ -269,5 +232,6 @@ class March:
         return accumulator.finish(state, sl)
 
 
-def _sum(totals, summands):
+def added(totals, summands):
+    """Sums with one more slice."""
     return tuple(a + b for a, b in zip(totals, summands, strict=True))

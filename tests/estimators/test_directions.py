@@ -189,3 +189,35 @@ def test_refusals(options, words):
 def test_the_configuration_keeps_its_directions():
     method = gtao.GTAO(directional=True, bent_normal=True)
     assert gtao.method_from_dict(method.to_dict()) == method
+
+
+SHAPES = {
+    "power": {"power": 2.2},
+    "floor": {"floor": 0.5},
+    "ceiling": {"ceiling": 1.0, "n_slices": 1},
+    "fade": {"small_radius_fade": True, "falloff": gtao.NoCut(), "radius": 0.05},
+}
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_light_by_moments_takes_the_visibility_that_belongs_to_them(name):
+    """A zonal function is made of visibility and mean direction: shaped, the one does not belong to the other."""
+    g, sh = frame(), np.random.default_rng(2).standard_normal(9)
+    options = SHAPES[name]
+    plain = {"power": 1.0, "floor": 0.0, "ceiling": math.inf, "small_radius_fade": False}
+    unshaped = estimate(g, directional=True, **(options | {k: v for k, v in plain.items() if k in options}))
+    shaped = estimate(g, directional=True, **options)
+    assert np.abs(np.array(shaped.visibility) - np.array(unshaped.visibility)).max() > 0.01
+    for order in (2, 4):
+        want = gtao.irradiance(np.resize(sh, 25), g, unshaped, gtao.MomentZH(order=order))
+        got = gtao.irradiance(np.resize(sh, 25), g, shaped, gtao.MomentZH(order=order))
+        assert np.array_equal(got, want)
+    with pytest.raises(gtao.ConfigError, match="estimate with directional=True"):
+        gtao.irradiance(sh, g, estimate(g, bent_normal=True, **options), gtao.MomentZH())
+
+
+def test_the_fade_of_small_radii_leaves_directions_alone():
+    g, options = frame(), {"falloff": gtao.NoCut(), "radius": 0.05, "directional": True}
+    faded, plain = estimate(g, small_radius_fade=True, **options), estimate(g, **options)
+    assert np.array_equal(faded.visibility_sh, plain.visibility_sh)
+    assert not np.array_equal(faded.visibility, plain.visibility)

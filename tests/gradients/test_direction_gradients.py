@@ -95,3 +95,14 @@ def test_the_baseline_has_no_gradient():
     g, method = problem(ao(bent_normal="average_horizon"))({"view_z": z})
     with pytest.raises(gtao.ConfigError, match="average_horizon"):
         gtao.ambient_occlusion(g, method)
+
+
+def test_a_look_without_gradients_takes_none_away():
+    z = native(DEPTH)
+    dr.enable_grad(z)
+    ao = gtao.ambient_occlusion(*problem(METHODS["sphere"])({"view_z": z}))
+    with dr.suspend_grad():
+        image = ao.visibility_sh
+    assert not dr.grad_enabled(image)
+    dr.backward(dr.sum(ao.visibility_sh, axis=None))
+    assert np.abs(np.array(dr.grad(z))).max() > 0

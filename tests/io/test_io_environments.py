@@ -125,5 +125,9 @@ def test_refusals(tmp_path, image):
         read_environment(path, [1, 2, 3])
     with pytest.raises(ConfigError, match=r"must be a gtao\.lighting\.EnvironmentMap, got ndarray"):
         write_environment(path, image)
+    with pytest.raises(ImageError, match=r"give a name that ends in \.exr"):
+        write_environment(tmp_path / "sky.hdr", lighting.EnvironmentMap(image))
+    assert not (tmp_path / "sky.hdr").exists()
+    (tmp_path / "folder.exr").mkdir()
     with pytest.raises(ImageError, match="it is a folder"):
-        write_environment(tmp_path, lighting.EnvironmentMap(image))
+        write_environment(tmp_path / "folder.exr", lighting.EnvironmentMap(image))

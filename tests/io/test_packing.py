@@ -315,3 +315,16 @@ def test_manifest_says_how_to_read_the_channels():
     assert told["weighting"] == "uniform"
     assert told["visibility_sh"]["indices"] == [[0, 0], [1, -1], [1, 0], [1, 1], *([2, m] for m in range(-2, 3))]
     assert direction_manifest(Directions(visibility=np.ones((1, 1)))) == {}
+
+
+@pytest.mark.parametrize("name", PACKINGS)
+def test_what_comes_back_can_be_packed_again(name):
+    """Also the background, where no direction is left: unit vectors everywhere."""
+    z = np.full((6, 8), 3.0, np.float32)
+    z[2:4, 3:6] = np.inf
+    g = gtao.GBuffer(z, None, gtao.PerspectiveCamera(8, 6, 1.0))
+    ao = gtao.ambient_occlusion(g, gtao.GTAO(directional=True))
+    found = unpack(pack(ao, name), name)
+    assert np.linalg.norm(found.bent_normal, axis=-1) == pytest.approx(1, abs=1e-6)
+    assert found.bent_normal[3, 4, 2] > 0.99
+    pack(found, "rgba8")
