@@ -11,6 +11,7 @@ OURS = "slice-moments"
 #: Method -> what it is in `gtao.irradiance`, and what stands for visibility times cosine.
 METHODS = {
     "slice-moments": ("SliceMoments()", "the slices' own harmonics"),
+    "slice-moments-4": ("SliceMoments(order=4)", "the same, and bands 3 and 4 of `moment-zh-4`"),
     "moment-zh": ("MomentZH()", "zonal, from visibility and mean direction"),
     "moment-zh-4": ("MomentZH(order=4)", "the same with bands 3 and 4"),
     "cone-seed": ("ConeSH()", "cone times cosine about the bent normal (ATVI-TR-19-01)"),

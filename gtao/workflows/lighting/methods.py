@@ -57,6 +57,7 @@ class _Entry:
 
 _ENTRIES = {
     "slice-moments": _Entry(SliceMoments()),
+    "slice-moments-4": _Entry(SliceMoments(order=ORDER)),
     "moment-zh": _Entry(MomentZH()),
     "moment-zh-4": _Entry(MomentZH(order=4)),
     "cone-seed": _Entry(ConeSH()),
