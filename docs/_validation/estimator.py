@@ -59,12 +59,12 @@ def directions(rows):
     head = ["scene"]
     for against in ("height field", "scene"):
         head += [f"{short}: {against}" for _, short in methods]
-    head += ["harmonics, dense: height field", "scene"]
+    head += ["noise of the marched rays", "harmonics, dense: height field", "scene"]
     body = []
     for row in rows:
         angles = [f"{row['errors'][a][m]['degrees']:.2f}°" for a in ("height field", "scene") for m, _ in methods]
         errors = [f"{row['errors'][a][METHODS[-1]]['harmonics']:.3f}" for a in ("height field", "scene")]
-        body.append([row["scene"], *angles, *errors])
+        body.append([row["scene"], *angles, f"{row['noise_degrees']:.2f}°", *errors])
     return table(head, body)
 
 
@@ -112,7 +112,9 @@ Mean angle between estimated bent normals and those of {directed["n_rays"]} rays
 more than {directed["visible"]} of the hemisphere, at {directed["resolution"]} pixels and the same finite radius: rays
 that march over the same height field, and rays through the scene, which know what one depth layer does not. "Average"
 takes the directions halfway between the horizons of the dense estimate, as the slides of 2016 do. The last columns
-are the RMSE of all nine harmonics over their root mean square.
+are the RMSE of all nine harmonics over their root mean square. What separates the dense estimate from the same height
+field is, beside the noise of the rays, depth edges: its search begins a pixel away, and the first cell beyond an edge
+is often nearer. On smooth height fields, where tests compare them, they agree within 0.3°.
 
 {directions(numbers["directions"])}
 

@@ -163,7 +163,11 @@ def directions():
         estimates = {label: replace(METHODS[label](info.radius), directional=True) for label in DIRECTED}
         averaged = replace(estimates[DENSE], directional=False, bent_normal="average_horizon")
         estimates["average of the horizons"] = averaged
-        row = {"scene": name, "errors": {against: {} for against in truths}}
+        # Two marches with other random numbers differ by √2 of the noise of one.
+        again = gtao.ambient_occlusion(g, replace(march, seed=SEED + 1))
+        seen = g.mask.numpy() & (marched.visibility.numpy() > VISIBLE)
+        noise = degrees_between(marched.bent_normal.numpy(), again.bent_normal.numpy())[seen].mean() / np.sqrt(2)
+        row = {"scene": name, "noise_degrees": float(noise), "errors": {against: {} for against in truths}}
         for label, method in estimates.items():
             ao = gtao.ambient_occlusion(g, method)
             bent, sh = ao.bent_normal.numpy(), None if ao.visibility_sh is None else ao.visibility_sh.numpy()
