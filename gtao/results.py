@@ -30,6 +30,8 @@ class AmbientOcclusion:
             normal's hemisphere. 0 on the background. Power, floor and ceiling leave it alone.
         normal_v: (H, W, 3) normals of the frame, where there are directions, else None. Where one faces away from the
             viewer, visibility and directions are those of the normal turned until it is seen edge-on (docs/departures).
+        unshaped: (H, W) visibility that belongs to the directions, where power, floor, ceiling, a fade of small radii
+            or the clamp of a pipeline changed the visibility itself, else None.
         variance: (H, W) variance of the visibility, 0 on the background; from Monte Carlo methods, else None.
         config: the method that made it.
 
@@ -41,6 +43,7 @@ class AmbientOcclusion:
     mean_direction: Any = PlanarImage()  # noqa: RUF009  (a descriptor)
     visibility_sh: Any = PlanarImage()  # noqa: RUF009
     normal_v: Any = None
+    unshaped: Any = None
     variance: Any = None
     config: Any = None
 
@@ -72,8 +75,8 @@ class AmbientOcclusion:
         Raises:
             ShapeError: the window reaches beyond the frame.
         """
-        images = {name: getattr(self, name) for name in ("visibility", "mean_direction", "visibility_sh", "normal_v")}
-        images["variance"] = self.variance
+        names = ("visibility", "mean_direction", "visibility_sh", "normal_v", "unshaped", "variance")
+        images = {name: getattr(self, name) for name in names}
         cropped = {name: None if v is None else window(v, x0, y0, width, height) for name, v in images.items()}
         return AmbientOcclusion(**cropped, config=self.config)
 

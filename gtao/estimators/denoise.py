@@ -55,15 +55,18 @@ def denoise(ao: AmbientOcclusion, g: GBuffer, spatial: Any) -> AmbientOcclusion:
             f"the estimate has shape {tuple(ao.visibility.shape)}, the frame {g.shape}; pass its own frame"
         )
     T = g.types
+    unshaped = () if ao.unshaped is None else (T.Float(ao.unshaped.array),)
     images = {name: planes for name in ("mean_direction", "visibility_sh") if (planes := ao.planes(name)) is not None}
     channels: Channels = (T.Float(ao.visibility.array),)
     for planes in images.values():
         channels += tuple(map(T.Float, planes.arrays))
+    channels += unshaped
     visibility, *filtered = apply(channels, g, spatial)
     dr.eval(visibility, filtered)
     for name, planes in images.items():
         n = len(planes.arrays)
         images[name], filtered = Planes(tuple(filtered[:n]), g.shape), filtered[n:]
+    images["unshaped"] = T.Tensor(dr.select(g.mask.array, filtered[0], 1), g.shape) if unshaped else None
     return AmbientOcclusion(visibility=T.Tensor(visibility, g.shape), **images, normal_v=ao.normal_v, config=ao.config)
 
 

@@ -26,8 +26,6 @@ from gtao.planes import Planes
 from gtao.results import AmbientOcclusion
 from gtao.tensors import to_tensor
 
-from .shaped import is_shaped
-
 __all__ = ["irradiance"]
 
 
@@ -107,11 +105,6 @@ def _check_needs(method: Any, ao: AmbientOcclusion) -> None:
             f"{name} needs the length of the mean direction, which 'average_horizon' does not have; estimate with"
             " bent_normal=True"
         )
-    if isinstance(method, MomentZH) and ao.planes("visibility_sh") is None and is_shaped(config):
-        raise ConfigError(
-            f"{name} needs the visibility that belongs to the mean direction, and power, floor, ceiling or"
-            " small_radius_fade changed it; leave them out, or estimate with directional=True, which keeps it"
-        )
     if isinstance(method, ClippedCone | ConeSH) and method.aperture == "matched" and weighting != "cosine":
         raise ConfigError(
             f"matching the aperture of {name} needs cosine-weighted visibility, and this estimate has weighting"
@@ -137,8 +130,8 @@ def _light(value: Any, g: GBuffer) -> tuple[Callable[[int], Any], int, int | Non
     flat = to_tensor(value, "sh", shape, like=T.Tensor).array
     if not dr.flag(dr.JitFlag.FreezingScope) and not dr.all(dr.isfinite(dr.detach(flat))):
         raise ShapeError("the coefficients in sh must be finite")
-    # One number for all pixels. With a gradient each pixel reads it for itself: what they all add to it then comes
-    # together in the kernel of the backward pass, not in a sum of its own for every coefficient.
+    # With a gradient each pixel reads a coefficient for itself: what they all add to it then comes together in the
+    # kernel of the backward pass, not in a sum of its own.
     zero = dr.opaque(T.UInt, 0)
     if dr.grad_enabled(flat):
         zero = zero + dr.zeros(T.UInt, g.shape[0] * g.shape[1])
@@ -151,6 +144,7 @@ class _Pixels:
 
     Attributes:
         A: visibility.
+        whole: the visibility that belongs to the mean direction.
         B: (x, y, z) of the mean direction, or None.
         v: the nine harmonics of visibility times cosine, or None.
         n: (x, y, z) of the normal.
@@ -158,6 +152,7 @@ class _Pixels:
     """
 
     A: Any
+    whole: Any
     B: Any
     v: Any
     n: Any
@@ -171,7 +166,9 @@ class _Pixels:
         dr.eval([v.arrays if isinstance(v, Planes) else v for v in vars(ao).values() if v is not ao.config])
         B, v = (None if p is None else tuple(Float(a) for a in p.arrays) for p in (directions, harmonics))
         uniform = getattr(ao.config, "weighting", "cosine") == "uniform"
-        return cls(Float(ao.visibility.array), B, v, tuple(g.normal_arrays()), uniform)
+        A = Float(ao.visibility.array)
+        whole = A if ao.unshaped is None else Float(ao.unshaped.array)
+        return cls(A, whole, B, v, tuple(g.normal_arrays()), uniform)
 
     def axis(self):
         """Unit mean direction, the normal where there is none, and the length."""
@@ -189,17 +186,15 @@ class _Pixels:
 def _slice_moments(p: _Pixels, method: SliceMoments, order: int):
     if order <= 2:
         return p.v
-    # What bands 0 and 1 say of visibility and mean direction; the normal has no say.
-    _, m1, _ = to_moments(p.v)
-    guess = _moment_zh(replace(p, B=tuple(m * (1 / math.pi) for m in m1)), MomentZH(order=order), order)
+    m0, m1, _ = to_moments(p.v)
+    mean = {"whole": m0 * (1 / math.pi), "B": tuple(m * (1 / math.pi) for m in m1)}
+    guess = _moment_zh(replace(p, **mean), MomentZH(order=order), order)
     return [*p.v, *guess[9:]]
 
 
 def _moment_zh(p: _Pixels, method: MomentZH, order: int):
     b, length = p.axis()
-    # The visibility itself may have been raised to a power.
-    A = p.A if p.v is None else p.v[0] * (2 / math.sqrt(math.pi))
-    kernel = cone_cosine(math.pi * A, cones.equivalent_cone(A, length), order)
+    kernel = cone_cosine(math.pi * p.whole, cones.equivalent_cone(p.whole, length), order)
     projected = zonal(kernel, basis(*b, order))
     # Band 1 is the mean direction itself.
     band1 = [math.sqrt(3 * math.pi) / 2 * p.B[axis] for axis in (1, 2, 0)]

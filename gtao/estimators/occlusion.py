@@ -86,13 +86,16 @@ def ambient_occlusion(
     else:
         flat, *directions = _METHODS[type(method)](g, method, frame_index, max_pixels)
     mean_direction, visibility_sh = _directions(flat, directions, g, method)
+    unshaped = None
     if is_shaped(method):
+        unshaped = g.types.Tensor(flat, g.shape) if directions else None
         flat = shaped(flat, g, method)
     return AmbientOcclusion(
         visibility=g.types.Tensor(flat, g.shape),
         mean_direction=mean_direction,
         visibility_sh=visibility_sh,
         normal_v=g.normal_v if directions else None,
+        unshaped=unshaped,
         variance=variance,
         config=method,
     )

@@ -23,4 +23,8 @@ def run_pipeline(g: GBuffer, pipeline: Pipeline, *, frame_index: int = 0) -> Amb
         return ao
     v = ao.visibility.array
     v = dr.select(v > 0, dr.select(v < 1, v, 1), 0)
-    return replace(ao, visibility=type(ao.visibility)(v, ao.visibility.shape))
+    visibility = type(ao.visibility)(v, ao.visibility.shape)
+    # Left alone, planes would be brought together into tensors.
+    directions = {name: ao.planes(name) for name in ("mean_direction", "visibility_sh")}
+    unshaped = ao.visibility if ao.unshaped is None and ao.normal_v is not None else ao.unshaped
+    return replace(ao, visibility=visibility, **directions, unshaped=unshaped)

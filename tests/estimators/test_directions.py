@@ -8,6 +8,7 @@ import pytest
 import drjit as dr  # isort: skip
 
 import gtao
+from gtao.planes import Planes
 
 HEIGHT, WIDTH = 24, 32
 EXACT = {"atol": 1e-12, "rtol": 0}
@@ -166,6 +167,7 @@ def test_a_pipeline_filters_directions():
         occlusion=gtao.GTAO(radius=1.0, n_slices=1, directional=True), spatial=gtao.SpatialFilter()
     )
     ao = pipeline.step(g)
+    assert isinstance(vars(ao)["visibility_sh"], Planes)
     raw = gtao.ambient_occlusion(g, pipeline.occlusion)
     surface = np.array(g.mask)
     assert np.array(ao.visibility_sh)[surface].std() < np.array(raw.visibility_sh)[surface].std()
@@ -209,11 +211,27 @@ def test_light_by_moments_takes_the_visibility_that_belongs_to_them(name):
     shaped = estimate(g, directional=True, **options)
     assert np.abs(np.array(shaped.visibility) - np.array(unshaped.visibility)).max() > 0.01
     for order in (2, 4):
-        want = gtao.irradiance(np.resize(sh, 25), g, unshaped, gtao.MomentZH(order=order))
-        got = gtao.irradiance(np.resize(sh, 25), g, shaped, gtao.MomentZH(order=order))
-        assert np.array_equal(got, want)
-    with pytest.raises(gtao.ConfigError, match="estimate with directional=True"):
-        gtao.irradiance(sh, g, estimate(g, bent_normal=True, **options), gtao.MomentZH())
+        method = gtao.MomentZH(order=order)
+        want = gtao.irradiance(np.resize(sh, 25), g, unshaped, method)
+        bent = estimate(g, bent_normal=True, **options)
+        for ao in (shaped, bent, bent.crop(0, 0, WIDTH, HEIGHT)):
+            np.testing.assert_allclose(gtao.irradiance(np.resize(sh, 25), g, ao, method), want, **EXACT)
+
+
+def test_so_it_is_after_a_pipeline():
+    """A filter averages what belongs together alike, and the clamp leaves it alone."""
+    g, sh = frame(), np.random.default_rng(2).standard_normal(25)
+    plain = {"radius": 1.0, "n_slices": 1}
+    for spatial in (None, gtao.SpatialFilter()):
+        want = gtao.ambient_occlusion(g, gtao.GTAO(bent_normal=True, **plain))
+        want = want if spatial is None else gtao.denoise(want, g, spatial)
+        assert np.array(want.visibility).max() > 1.01
+        for power in (1.0, 2.0):
+            occlusion = gtao.GTAO(bent_normal=True, power=power, **plain)
+            ao = gtao.Pipeline(occlusion=occlusion, spatial=spatial).step(g)
+            assert np.array(ao.visibility).max() <= 1
+            got, expected = (gtao.irradiance(sh, g, a, gtao.MomentZH()) for a in (ao, want))
+            np.testing.assert_allclose(got, expected, **EXACT)
 
 
 def test_the_fade_of_small_radii_leaves_directions_alone():
