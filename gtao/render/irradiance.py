@@ -51,12 +51,12 @@ class Irradiance:
 
 def irradiance(
     scene: Any,
-    environment: EnvironmentMap | None = None,
     g: Any = None,
     max_distance: float = math.inf,
     spp: int = 256,
     seed: int = 0,
     *,
+    environment: EnvironmentMap | None = None,
     sensor: Any = 0,
     normals: str = "shading",
     n_batches: int = 8,
@@ -71,12 +71,12 @@ def irradiance(
 
     Args:
         scene: ``mitsuba.Scene``; see :func:`gtao.render.load_scene`.
-        environment: map of radiance, turned into the world by its ``to_world``. ``None`` takes the scene's own
-            environment emitter, otherwise that is ignored.
         g: G-buffer of the same scene and sensor whose normals count. ``None`` uses those of the scene.
         max_distance: surfaces farther than this do not occlude; scene units, may be inf.
         spp: samples per pixel, of two rays each; a multiple of ``n_batches``; powers of two stratify best.
         seed: non-negative; the same seed gives the same bits.
+        environment: map of radiance, turned into the world by its ``to_world``. ``None`` takes the scene's own
+            environment emitter, otherwise that is ignored.
         sensor: index of the sensor, or a ``mitsuba.Sensor``.
         normals: "shading" or "geometric"; only looked at without ``g``.
         n_batches: independent batches, at least two, that the variance is estimated from.

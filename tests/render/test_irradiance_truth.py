@@ -36,7 +36,7 @@ def float64(tensor):
 def test_open_plane_under_a_rough_map(seed):
     """Three colours of texels, turned by any rotation, integrated against the cosine."""
     light = L.rough(8, seed=seed)
-    e = render.irradiance(load(S.plane(down())), light, spp=256, seed=seed)
+    e = render.irradiance(load(S.plane(down())), environment=light, spp=256, seed=seed)
     assert e.mean.shape == e.variance.shape == (12, 12, 3)
     # The map's own integral misses what the plane's horizon cuts from a texel: compared with a finer one below.
     fine = [light.resized(64).irradiance([0, 0, 1]), light.resized(128).irradiance([0, 0, 1])]
@@ -51,7 +51,7 @@ def test_white_light_is_visibility():
     v = float64(render.visibility(scene, spp=256, seed=1, max_distance=2.0).mean)
     mask = render.gbuffer(scene).mask.numpy()
     for light in (None, WHITE):
-        e = render.irradiance(scene, light, spp=256, seed=2, max_distance=2.0)
+        e = render.irradiance(scene, environment=light, spp=256, seed=2, max_distance=2.0)
         difference = float64(e.mean)[mask].mean(-1) / math.pi - v[mask]
         assert_mean_is(difference, 0)
         # Four standard errors of two indicators by 256 independent rays each; stratified ones have less.
@@ -64,7 +64,7 @@ def test_a_sun_converges():
     """One texel of 8e4 over a sky of less than 1: the light's sampling finds it, and its neighbours are no outliers."""
     towards = np.array([0.3, 0.4, 0.8])
     light = L.sunny(towards)
-    e = render.irradiance(load(S.plane(down())), light, spp=64, seed=3)
+    e = render.irradiance(load(S.plane(down())), environment=light, spp=64, seed=3)
     expected = light.irradiance([0, 0, 1])
     sky = math.pi * np.array([0.3, 0.5, 1.0])
     assert np.all(expected > 100 * sky)
@@ -80,7 +80,7 @@ def test_a_sun_casts_a_shadow():
     """A wall 1 high and a sun 45 degrees above it: what lies within 1 of the wall has the sky only."""
     scene = load(render.scenes.build("wall", width=32, height=32))
     light = L.sunny((1, 0, 1))
-    e = render.irradiance(scene, light, spp=64, seed=1)
+    e = render.irradiance(scene, environment=light, spp=64, seed=1)
     g = render.gbuffer(scene)
     m = render.view_to_world(scene)
     x, _, z = np.moveaxis(float64(g.position_v) @ m[:3, :3].T + m[:3, 3], -1, 0)
@@ -107,7 +107,7 @@ def test_the_path_tracer_reflects_it(name, kind):
     scene, batches = load(d), 16
     mask = render.gbuffer(scene).mask.numpy()
     stock = math.pi * _path.reflected(scene, 0.6, 1, 256, batches, seed=3).astype(np.float64)[:, mask]
-    e = render.irradiance(scene, light, spp=256, seed=5, n_batches=batches)
+    e = render.irradiance(scene, environment=light, spp=256, seed=5, n_batches=batches)
     ours, variance = float64(e.mean)[mask][:, 0], float64(e.variance)[mask][:, 0]
     assert mask.sum() > 300
     assert_mean_is(stock.mean(0) - ours, 0)
@@ -124,7 +124,7 @@ def test_smooth_light_is_a_sum_over_harmonics(sensor):
     sh = np.concatenate([[[8.0, 9.0, 10.0]], rng.normal(size=(8, 3))])
     texels = lighting.evaluate(sh, WHITE.resized(64).directions().reshape(-1, 3)).reshape(64, 128, 3)
     light = EnvironmentMap(texels.astype(np.float32), L.rotation(3))
-    e = render.irradiance(scene, light, spp=256, seed=1, sensor=sensor)
+    e = render.irradiance(scene, environment=light, spp=256, seed=1, sensor=sensor)
     v = render.directional(scene, spp=256, seed=2, sensor=sensor)
     turned = lighting.to_view(light.project(2), render.view_to_world(scene, sensor))
     expected = float64(v.mean) @ turned
@@ -138,17 +138,17 @@ def test_smooth_light_is_a_sum_over_harmonics(sensor):
 
 def test_a_map_takes_the_place_of_the_scenes_own_light():
     scene = load(S.stairs(16))
-    own, other = (render.irradiance(scene, light, spp=16) for light in (None, L.rough(8)))
+    own, other = (render.irradiance(scene, environment=light, spp=16) for light in (None, L.rough(8)))
     assert not np.allclose(own.mean.numpy(), other.mean.numpy(), atol=0.1)
     np.testing.assert_array_equal(float64(own.mean)[..., 0], float64(own.mean)[..., 2])
 
 
 def test_lamps_occlude_and_give_no_light():
     d = S.plane(down())
-    free = render.irradiance(load(d), WHITE, spp=64).mean.numpy()
+    free = render.irradiance(load(d), environment=WHITE, spp=64).mean.numpy()
     lamp = S.rectangle(S.transform().translate([0, 0, 5]) @ S.transform().rotate([1, 0, 0], 180))
     d["lamp"] = {**lamp, "emitter": {"type": "area", "radiance": {"type": "rgb", "value": 9.0}}}
-    covered = render.irradiance(load(d), WHITE, spp=64).mean.numpy()
+    covered = render.irradiance(load(d), environment=WHITE, spp=64).mean.numpy()
     assert np.all(covered < free + 0.1)
     # A square of side 2 at height 5 takes 4/25 of the light below its middle, a little less for its width.
     centre = (covered / free)[5:7, 5:7].mean()
@@ -161,7 +161,7 @@ def test_directions_are_about_the_normals_of_the_buffer():
     lean = 0.7
     g = render.gbuffer(scene)
     normal = np.tile([math.sin(lean), 0.0, math.cos(lean)], (*g.shape, 1)).astype(np.float32)
-    e = render.irradiance(scene, WHITE, GBuffer(g.view_z, normal, g.camera), spp=256)
+    e = render.irradiance(scene, g=GBuffer(g.view_z, normal, g.camera), environment=WHITE, spp=256)
     values, expected = float64(e.mean)[..., 1].ravel(), math.pi * (1 + math.cos(lean)) / 2
     assert_mean_is(values, expected)
     # Between plane and horizon the light's sampling draws directions whose cosine to the normal is negative.
@@ -171,21 +171,21 @@ def test_directions_are_about_the_normals_of_the_buffer():
 def test_a_black_map_and_a_closed_box():
     scene = load(S.stairs(16))
     black = EnvironmentMap(np.zeros((4, 8, 3), np.float32))
-    assert not render.irradiance(scene, black, spp=16).mean.numpy().any()
+    assert not render.irradiance(scene, environment=black, spp=16).mean.numpy().any()
     box = load(S.closed_box(S.perspective((0.5, 0.3, -0.2), (-1, -0.8, 0.3), fov=70.0, size=(16, 16))))
-    assert not render.irradiance(box, L.sunny((0, 0, 1)), spp=16).mean.numpy().any()
+    assert not render.irradiance(box, environment=L.sunny((0, 0, 1)), spp=16).mean.numpy().any()
 
 
 def test_an_empty_view():
     scene = load(S.scene(S.perspective((0, 0, 4), (0, 0, 8), up=(0, 1, 0)), ball={"type": "sphere"}))
-    e = render.irradiance(scene, WHITE, spp=16)
+    e = render.irradiance(scene, environment=WHITE, spp=16)
     assert e.mean.shape == (32, 32, 3)
     assert not e.mean.numpy().any()
 
 
 def test_variance_is_that_of_the_mean():
     scene, light = load(S.stairs(32)), L.rough(8)
-    a, b = (render.irradiance(scene, light, spp=64, seed=s) for s in (1, 2))
+    a, b = (render.irradiance(scene, environment=light, spp=64, seed=s) for s in (1, 2))
     for k in range(3):
         difference = float64(a.mean)[..., k] - float64(b.mean)[..., k]
         assert_no_excess(difference, float64(a.variance)[..., k] + float64(b.variance)[..., k])
@@ -193,23 +193,25 @@ def test_variance_is_that_of_the_mean():
 
 def test_same_seed_same_bits_however_the_work_is_cut(monkeypatch):
     scene, light = load(S.stairs(24)), L.rough(8)
-    first = render.irradiance(scene, light, spp=32, seed=9)
+    first = render.irradiance(scene, environment=light, spp=32, seed=9)
     monkeypatch.setattr(chunks, "PATHS_PER_CHUNK", 1000)
     steps = []
-    second = render.irradiance(scene, light, spp=32, seed=9, progress=lambda *s: steps.append(s))
+    second = render.irradiance(scene, environment=light, spp=32, seed=9, progress=lambda *s: steps.append(s))
     for name in ("mean", "variance"):
         np.testing.assert_array_equal(getattr(first, name).numpy(), getattr(second, name).numpy())
     assert len(steps) > 8
     assert steps == [(i, len(steps)) for i in range(1, len(steps) + 1)]
-    assert not np.array_equal(first.mean.numpy(), render.irradiance(scene, light, spp=32, seed=10).mean.numpy())
+    assert not np.array_equal(
+        first.mean.numpy(), render.irradiance(scene, environment=light, spp=32, seed=10).mean.numpy()
+    )
 
 
 def test_another_seed_compiles_nothing():
     scene, light = load(S.stairs(16)), L.rough(8)
-    render.irradiance(scene, light, spp=16, seed=0, max_distance=1.0)
+    render.irradiance(scene, environment=light, spp=16, seed=0, max_distance=1.0)
     with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
         dr.kernel_history()
-        render.irradiance(scene, light, spp=32, seed=77, max_distance=2.0)
+        render.irradiance(scene, environment=light, spp=32, seed=77, max_distance=2.0)
         history = [k for k in dr.kernel_history() if "cache_hit" in k]
     assert history
     assert all(k["cache_hit"] for k in history)
@@ -219,18 +221,18 @@ def test_bad_requests():
     d = S.plane(down())
     scene = load(d)
     with pytest.raises(ConfigError, match="max_distance must be positive"):
-        render.irradiance(scene, WHITE, max_distance=0)
+        render.irradiance(scene, environment=WHITE, max_distance=0)
     with pytest.raises(ConfigError, match="spp must be a multiple of n_batches"):
-        render.irradiance(scene, WHITE, spp=100)
+        render.irradiance(scene, environment=WHITE, spp=100)
     with pytest.raises(ConfigError, match="normals must be one of"):
-        render.irradiance(scene, WHITE, normals="none")
+        render.irradiance(scene, environment=WHITE, normals="none")
     with pytest.raises(ConfigError, match=r"environment must be a gtao.lighting.EnvironmentMap, got GBuffer"):
-        render.irradiance(scene, render.gbuffer(scene))
+        render.irradiance(scene, environment=render.gbuffer(scene))
     with pytest.raises(SceneError, match="there is no sensor 3"):
-        render.irradiance(scene, WHITE, sensor=3)
+        render.irradiance(scene, environment=WHITE, sensor=3)
     del d["dome"]
     dark = load(d)
     with pytest.raises(SceneError, match="the scene has no environment light"):
         render.irradiance(dark)
-    e = render.irradiance(dark, WHITE, spp=16)
+    e = render.irradiance(dark, environment=WHITE, spp=16)
     assert repr(e) == "Irradiance(12x12, 16 samples per pixel, max_distance=inf)"
