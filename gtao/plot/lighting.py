@@ -98,7 +98,7 @@ def lighting_bars(
 
     Returns:
         One panel per kind of light, two in a row, with one bar per method and series; methods in the order of the first
-        series of the first panel, the lowest error on top.
+        series of the first panel, the lowest error on top, equal ones by name.
 
     Raises:
         ShapeError: There is no error.
@@ -107,7 +107,7 @@ def lighting_bars(
     if not series or not all(series.values()):
         raise ShapeError("there are no errors to draw; give at least one method for every kind of light")
     first = next(iter(series.values()))
-    order = sorted({m for values in first.values() for m in values}, key=lambda m: _first(first, m))
+    order = sorted({m for values in first.values() for m in values}, key=lambda m: (_first(first, m), m))
     names = list(first)
     styles = method_styles(names)
     thick = 0.8 / len(names)

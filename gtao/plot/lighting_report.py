@@ -22,14 +22,17 @@ _ERRORS_NOTE = (
     "mean under the whole light, without the noise of the rays. Truth and estimates have the same reach of occluders."
 )
 _CUT_NOTE = (
-    "Where the light is cut, so is the truth: what is left is the error of the visibility alone. What the cut itself "
-    "costs is measured apart, with exact visibility. A window takes the negative radiance out of light that was cut."
+    "Where the light is cut, so is the truth: what is left is the error of the method and of the visibility that it is "
+    "given, ray-traced visibility having none. What the cut itself costs is measured apart, with exact visibility. A "
+    "window takes the negative radiance out of light that was cut."
 )
 
 
 def lighting_figures(comparison: LightingComparison) -> dict[str, Figure]:
     """All figures by names that can be file names: "methods", and "FRAME_LIGHT" for every view."""
-    figures = {"methods": lighting_bars(comparison.means, ours=("slice-moments",))}
+    tables = [table for cuts in comparison.tables.values() for table in cuts.values()]
+    ours = dict.fromkeys(m.name for table in tables for scene in table.scenes for m in scene.methods if m.ours)
+    figures = {"methods": lighting_bars(comparison.means, ours=list(ours))}
     for view in comparison.views:
         figures[figure_name(view.frame, view.light)] = lighting_images(view)
     return figures

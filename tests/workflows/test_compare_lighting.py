@@ -11,7 +11,7 @@ import pytest
 
 import gtao
 from gtao import cli, io, lighting, plot, workflows
-from gtao.workflows.lighting import frames, lights, run, tables
+from gtao.workflows.lighting import frames, lights, methods, run, tables
 
 SMALL = {"resolution": 24, "spp": 64}
 METHODS = ("slice-moments", "clipped-cone-4", "bent-normal-average-horizon", "unoccluded")
@@ -92,7 +92,7 @@ def test_the_numbers_are_those_of_the_images(outcome, cut):
     direction[1] = -math.cos(math.radians(40)) * math.sin(math.radians(30))
     environment = lighting.von_mises_fisher(direction, 20).map(128)
     light = lighting.to_view(lighting.von_mises_fisher(direction, 20).project(4), gtao.render.view_to_world(scene))
-    whole = gtao.render.irradiance(scene, environment, g, radius, 64, 4)
+    whole = gtao.render.irradiance(scene, environment=environment, g=g, max_distance=radius, spp=64, seed=4)
     mean = whole.mean.numpy()[mask].mean()
     if cut.startswith("all bands"):
         truth, variance = whole.mean.numpy(), whole.variance.numpy()
@@ -250,6 +250,30 @@ def test_where_no_light_gets_it_is_left_out_in_words(tmp_path):
     assert not (tmp_path / "dark" / "record.json").exists()
 
 
+def test_a_black_map_is_left_out_in_words(tmp_path):
+    path = tmp_path / "black.exr"
+    io.write_environment(path, lighting.constant(0.0).map(8))
+    config = workflows.CompareLightingConfig(
+        scenes=("trench",), environments=(str(path), "gradient"), methods=("occlusion",), **SMALL
+    )
+    result = workflows.compare_lighting(config, tmp_path / "out")
+    assert list(result.comparison.tables) == ["gradient"]
+    assert result.record["numbers"]["notes"] == [
+        "Left out, because hardly any light gets there: trench under black."
+    ]  # fmt: skip
+
+
+def test_methods_that_pictures_do_not_show_by_default(tmp_path):
+    config = workflows.CompareLightingConfig(
+        scenes=("trench",), environments=("gradient",), methods=("unoccluded", "cone-matched-4"), **SMALL
+    )
+    (view,) = workflows.compare_lighting(config, tmp_path / "out").comparison.views
+    assert list(view.images) == ["unoccluded", "cone-matched-4"]
+    with_others = dataclasses.replace(config, methods=("unoccluded", "slice-moments-4", "occlusion"))
+    (view,) = workflows.compare_lighting(with_others, tmp_path / "out").comparison.views
+    assert list(view.images) == ["occlusion", "slice-moments-4"]
+
+
 def test_the_same_seed_gives_the_same_numbers(tmp_path):
     config = workflows.CompareLightingConfig(
         scenes=("trench",), environments=("vmf:80",), methods=("slice-moments",), **SMALL
@@ -275,22 +299,54 @@ def test_a_run_that_breaks_off_leaves_no_record(tmp_path, monkeypatch):
     assert (tmp_path / "out" / "mine.txt").exists()
 
 
-def test_standings_by_hand():
-    def scene(name, a, b):
-        methods = [
-            plot.MethodResult(name=key, label=key, group="g", metrics={"rmse": value, "bias": value / 2})
-            for key, value in (("a", a), ("b", b))
-        ]
-        return plot.SceneComparison(name=name, radius=1.0, truth=np.zeros((2, 2)), methods=methods)
+def scene_of(name, **errors):
+    methods = [
+        plot.MethodResult(name=key.replace("_", "-"), label=key, group="g", metrics={"rmse": value, "bias": value / 2})
+        for key, value in errors.items()
+    ]
+    return plot.SceneComparison(name=name, radius=1.0, truth=np.zeros((2, 2)), methods=methods)
 
-    table = plot.Comparison(scenes=[scene("one", 0.1, 0.3), scene("two", 0.5, 0.2), scene("three", 0.1, 0.1)])
-    found = tables.standings(table)["g"]
-    assert found["a"] == {"rmse": pytest.approx(0.7 / 3), "bias": pytest.approx(0.35 / 3), "rank": 4 / 3, "wins": 2}
-    assert found["b"]["rank"] == 4 / 3
-    assert found["b"]["wins"] == 2
+
+def test_standings_by_hand():
+    # The last two differ by rounding, so that neither wins there.
+    scenes = [scene_of("one", a=0.1, b=0.3), scene_of("two", a=0.5, b=0.2), scene_of("three", a=0.1, b=0.1 + 1e-9)]
+    table = plot.Comparison(scenes=scenes)
+    found = tables.standings(tables.numbers_of(table), "all")["g"]
+    assert found["a"] == {
+        "rmse": pytest.approx(0.7 / 3), "bias": pytest.approx(0.35 / 3), "rank": pytest.approx(4 / 3), "wins": 1
+    }  # fmt: skip
+    assert found["b"]["rank"] == pytest.approx(4 / 3)
+    assert found["b"]["wins"] == 1
     averages = tables.means({"x": {"all": table}, "y": {"all": table}}, limits="none")
     assert averages["all"]["g"]["b"] == pytest.approx(0.2)
     assert tables.means({"x": {"all": table}}, limits="g") == {}
+
+
+def test_twins_are_no_rivals_under_smooth_light():
+    errors = {"moment_zh": 0.2, "moment_zh_4": 0.2 - 1e-9, "slice_moments": 0.3, "slice_moments_4": 0.1}
+    numbers = tables.numbers_of(plot.Comparison(scenes=[scene_of("one", **errors)]))
+    smooth, sharp = (tables.standings(numbers, cut)["g"] for cut in ("order 2", "all bands"))
+    assert {name: (row["rank"], row["wins"]) for name, row in smooth.items()} == {
+        "moment-zh": (1, 1), "moment-zh-4": (1, 1), "slice-moments": (2, 0), "slice-moments-4": (1, 1)
+    }  # fmt: skip
+    assert {name: (row["rank"], row["wins"]) for name, row in sharp.items()} == {
+        "moment-zh": (2, 0), "moment-zh-4": (2, 0), "slice-moments": (4, 0), "slice-moments-4": (1, 1)
+    }  # fmt: skip
+    # Without its plain one in the run a method is like any other.
+    del numbers["one"]["errors"]["g"]["slice-moments"]
+    assert tables.standings(numbers, "order 2")["g"]["moment-zh"]["rank"] == 2
+
+
+def test_twins_are_the_same_under_smooth_light():
+    """By their harmonics of bands 0 to 2; the triple product, which is no twin, differs there."""
+    config = workflows.CompareLightingConfig(scenes=("corner_boxes",), resolution=16, spp=32)
+    (frame,) = frames.views_of("corner_boxes", "corner_boxes", config, lambda _: lambda *_: None)
+    assert set(methods.TWINS) == {"slice-moments-4", "moment-zh-4", "cone-matched-4", "clipped-cone-4"}
+    for found in frame.harmonics.values():
+        low = {name: runs[0][:, :9] for name, runs in found.items()}
+        for twin, plain in methods.TWINS.items():
+            np.testing.assert_allclose(low[twin], low[plain], atol=2e-6)  # single precision, sums of a few terms
+        assert np.abs(low["triple-product-4"] - low["triple-product"]).max() > 1e-2
 
 
 @pytest.mark.parametrize(
@@ -326,7 +382,10 @@ def test_bad_settings(options, message):
         (["trench", "--environment", "gradient:2"], "light must be a .hdr or .exr file or one of"),
         (["trench", "--environment", "vmf:big"], "light 'vmf:big' must have a number after the colon"),
         (["trench", "--environment", "vmf:-3"], "kappa must be"),
-        (["trench", "--environment", "disc:200"], "radius must be at most π"),
+        (
+            ["trench", "--environment", "disc:400"],
+            "environment disc:DEGREES must lie above 0 and at most at 180 degrees, got 400",
+        ),
         (["trench", "--environment", "missing.hdr"], "missing.hdr"),
         (["trench", "--environment", "a/m.hdr", "--environment", "b/m.exr"], "m.hdr"),
         (["trench", "--method", "cones"], "method must be one of slice-moments"),
@@ -358,6 +417,14 @@ def test_files_of_one_name(tmp_path):
         lights.lights([str(tmp_path / "a" / "sky.exr"), str(tmp_path / "b" / "sky.exr")])
 
 
+def test_maps_whose_pictures_would_have_one_name(tmp_path):
+    path = tmp_path / "vmf-20.exr"
+    io.write_environment(path, lighting.constant().map(4))
+    with pytest.raises(gtao.ConfigError, match="'vmf:20' and 'vmf-20' would have the same file names"):
+        lights.lights(["vmf:20", str(path)])
+    assert len(lights.lights(["vmf:4", str(path)])) == 2
+
+
 def test_command(monkeypatch, capfd, tmp_path):
     words = ["--method", "occlusion", "--environment", "disc:20", "--resolution", "16", "--spp", "32", "--turn", "10"]
     monkeypatch.setattr(sys, "argv", ["gtao", "compare-lighting", "trench", *words, "-o", str(tmp_path / "out")])
@@ -367,8 +434,18 @@ def test_command(monkeypatch, capfd, tmp_path):
     assert stop.value.code == 0
     assert out.startswith("RMSE / mean irradiance, dense slices, mean over 1 kind of light\n")
     assert out.splitlines()[-1] == f"report: {tmp_path / 'out' / 'report.html'}"
-    config = io.read_record(tmp_path / "out" / "record.json")["config"]
+    record = io.read_record(tmp_path / "out" / "record.json")
+    config = record["config"]
     assert (config["methods"], config["environments"], config["turn"]) == (["occlusion"], ["disc:20"], 10)
+    # The command of the record asks for the same again, wherever it writes.
+    _, _, scene, _, _, *words = record["command"]
+    assert scene == "trench"
+    monkeypatch.setattr(sys, "argv", ["gtao", "compare-lighting", scene, "-o", str(tmp_path / "again"), *words])
+    with pytest.raises(SystemExit):
+        cli.main()
+    again = io.read_record(tmp_path / "again" / "record.json")
+    assert again["config"] == config
+    assert again["numbers"] == record["numbers"]
 
 
 def test_a_page_holds_so_many_pictures_only(outcome):
@@ -381,6 +458,12 @@ def test_a_page_holds_so_many_pictures_only(outcome):
     page = plot.lighting_report(dataclasses.replace(comparison, views=many), figures=drawn)
     # Half of two dozen for each of two lights, of which one has no view, and the bars.
     assert page.count("data:image/png") == 12 + 1
+
+
+def test_equal_errors_are_drawn_by_name():
+    figure = plot.lighting_bars({"all bands": {"g": {"c": 0.2, "b": 0.2, "d": 0.1, "a": 0.2}}})
+    figure.draw_without_rendering()
+    assert [label.get_text() for label in figure.axes[0].get_yticklabels()] == ["d", "a", "b", "c"]
 
 
 def test_figures_refuse_nothing_to_draw():

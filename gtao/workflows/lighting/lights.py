@@ -12,6 +12,7 @@ import numpy as np
 from gtao import io, render
 from gtao.errors import ConfigError
 from gtao.lighting import EnvironmentMap, disc, gradient_sky, non_negative, von_mises_fisher, window
+from gtao.plot.comparing import figure_name
 
 from .methods import ORDERS
 
@@ -60,7 +61,8 @@ def lights(given: Sequence[str]) -> list[Light]:
     """Light of every word or file.
 
     Raises:
-        ConfigError: a word says nothing, a number in it is out of range, or two files have one name.
+        ConfigError: a word says nothing, a number in it is out of range, or pictures under two of them would have
+            one name.
         ImageError: a file cannot be read.
     """
     found = [_light(text) for text in given]
@@ -68,6 +70,11 @@ def lights(given: Sequence[str]) -> list[Light]:
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise ConfigError(f"light given more than once, or files of one name: {', '.join(twice)}; rename one")
+    pictures: dict[str, str] = {}
+    for name in names:
+        other = pictures.setdefault(figure_name("", name), name)
+        if other != name:
+            raise ConfigError(f"pictures under {other!r} and {name!r} would have the same file names; rename one file")
     return found
 
 
@@ -121,6 +128,8 @@ def _lobe(kappa: float) -> EnvironmentMap:
 
 
 def _disc(degrees: float) -> EnvironmentMap:
+    if not 0 < degrees <= 180:
+        raise ConfigError(f"environment disc:DEGREES must lie above 0 and at most at 180 degrees, got {degrees:g}")
     return disc(_direction(), math.radians(degrees)).map(HEIGHT)
 
 

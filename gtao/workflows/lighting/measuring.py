@@ -13,7 +13,7 @@ from gtao.plot import LightingView, MethodResult, SceneComparison
 
 from .frames import RUNS, LightingFrame
 from .lights import Light
-from .methods import DENSE, ORDER, ORDERS, order_of
+from .methods import DENSE, ORDER, ORDERS, OURS, order_of
 from .settings import CompareLightingConfig
 
 __all__ = ["ALL", "CUTS", "LIMITS", "WINDOWED", "measure", "view"]
@@ -27,9 +27,16 @@ WINDOWED = "all bands, windowed"
 #: Group of what exact visibility makes of light that was cut: the error that the cut alone causes.
 LIMITS = "exact visibility, light cut"
 
-#: Methods that pictures show, if they take part.
-PICTURED = ("occlusion", "bent-normal", "triple-product", "cone-seed", "clipped-cone-4", "slice-moments")
-
+#: Methods that pictures show, if they take part; else as many of those that do.
+PICTURED = (
+    "occlusion",
+    "bent-normal",
+    "cone-seed",
+    "clipped-cone-4",
+    "moment-zh-4",
+    "slice-moments",
+    "slice-moments-4",
+)
 
 #: Errors relative to the mean of surfaces mean nothing where it is below this share of that of open surfaces.
 DARK = 0.01
@@ -67,15 +74,15 @@ def measure(
     whole = to_view(environment.project(ORDER), render.view_to_world(frame.scene, frame.sensor))
     traced = render.irradiance(
         frame.scene,
-        environment,
-        frame.g,
-        frame.radius,
-        config.spp,
-        (config.seed + RUNS) % 2**32,
+        g=frame.g,
+        max_distance=frame.radius,
+        spp=config.spp,
+        seed=(config.seed + RUNS) % 2**32,
+        environment=environment,
         sensor=frame.sensor,
     )
     truth = traced.mean.numpy()
-    if truth[frame.mask].mean() < DARK * _open_mean(environment):
+    if truth[frame.mask].mean() <= DARK * _open_mean(environment):
         return None
     truths = {cut: _Image.of(frame.truths, whole[: (order + 1) ** 2]) for cut, order in CUTS.items()}
     truths[ALL] = _Image(truth[frame.mask].astype(np.float64), traced.variance.numpy()[frame.mask])
@@ -113,7 +120,7 @@ def _row(name: str, group: str, image: _Image, reference: _Image, mean: float) -
         "rmse": evaluate.corrected_rmse(image.mean, reference.mean, noise) / mean,
         "bias": evaluate.bias(image.mean, reference.mean) / mean,
     }
-    return MethodResult(name=name, label=name, metrics=metrics, group=group, ours=name == "slice-moments")
+    return MethodResult(name=name, label=name, metrics=metrics, group=group, ours=name in OURS)
 
 
 def view(frame: LightingFrame, environment: EnvironmentMap, name: str, truth: np.ndarray) -> LightingView:
@@ -124,17 +131,17 @@ def view(frame: LightingFrame, environment: EnvironmentMap, name: str, truth: np
     def radiance(irradiance: np.ndarray) -> np.ndarray:
         return diffuse_radiance(frame.g.types.Tensor(irradiance.astype(np.float32)), albedo).numpy()
 
+    methods = frame.harmonics[DENSE]
     images = {}
-    for method, runs in frame.harmonics[DENSE].items():
-        if method in PICTURED:
-            image = np.zeros(truth.shape)
-            image[frame.mask] = runs[0] @ light
-            images[method] = radiance(image)
+    for method in [name for name in PICTURED if name in methods] or list(methods)[: len(PICTURED)]:
+        image = np.zeros(truth.shape)
+        image[frame.mask] = methods[method][0] @ light
+        images[method] = radiance(image)
     return LightingView(
         frame=frame.name,
         light=name,
         source=DENSE,
         mask=frame.mask,
         truth=radiance(truth),
-        images={method: images[method] for method in PICTURED if method in images},
+        images=images,
     )

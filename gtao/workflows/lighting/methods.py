@@ -1,7 +1,7 @@
 """Methods of irradiance by name, and whose visibility and directions they are given."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -26,7 +26,9 @@ __all__ = [
     "GAME",
     "IRRADIANCE_METHODS",
     "ORDERS",
+    "OURS",
     "TRACED",
+    "TWINS",
     "estimates",
     "order_of",
     "projected",
@@ -77,6 +79,19 @@ _ENTRIES = {
 #: Name -> method of :func:`gtao.irradiance`. "bent-normal-average-horizon" is given the directions of
 #: ``GTAO(bent_normal="average_horizon")``, "unoccluded" a visibility of 1.
 IRRADIANCE_METHODS: Mapping[str, Any] = {name: entry.method for name, entry in _ENTRIES.items()}
+
+
+#: The methods that take their harmonics from the slices.
+OURS = tuple(name for name, method in IRRADIANCE_METHODS.items() if isinstance(method, SliceMoments))
+
+#: Method with bands 3 and 4 -> the plain one, which it is under light without them. The triple product has no twin:
+#: what it multiplies is cut to its order, and the product depends on that in every band.
+TWINS: Mapping[str, str] = {
+    name: plain
+    for name, method in IRRADIANCE_METHODS.items()
+    for plain, other in IRRADIANCE_METHODS.items()
+    if name != plain and not isinstance(method, TripleProduct) and other == replace(method, order=2)
+}
 
 
 def order_of(name: str) -> int:

@@ -1,7 +1,8 @@
 """The whole comparison under light: frames, light, measurements, files."""
 
 import gc
-from collections.abc import Callable
+import shlex
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -16,7 +17,7 @@ from .lights import Light, lights, placed
 from .measuring import ALL, CUTS, LIMITS, measure, view
 from .methods import DENSE
 from .settings import CompareLightingConfig
-from .tables import csv_text, frame_numbers, markdown_text, means, standings
+from .tables import csv_text, markdown_text, means, numbers_of, standings
 
 __all__ = ["CompareLightingOutcome", "compare_lighting"]
 
@@ -51,6 +52,19 @@ class CompareLightingOutcome:
         return "\n".join(
             lines + [f"  {n:{width}}  " + "  ".join(f"{averages[cut][n]:9.4f}" for cut in cuts) for n in names]
         )
+
+
+def _command(config: CompareLightingConfig, portable: dict[str, list[str]], output: Path) -> list[str]:
+    """The command line that repeats a run; radii and axes by scene, which it cannot say, are in the record alone."""
+    options: list[Any] = ["-o", io.portable(output)]
+    for option, values in (("--environment", portable["environments"]), ("--method", config.methods)):
+        options += [word for value in values for word in (option, value)]
+    for name in ("radius", "up", "turn", "resolution", "spp", "seed"):
+        value = getattr(config, name)
+        if value is not None and not isinstance(value, Mapping):
+            options += [f"--{name}", value]
+    options += ["--all-sensors"] if config.all_sensors else []
+    return ["gtao", "compare-lighting", *portable["scenes"], *map(str, options)]
 
 
 class _Results:
@@ -142,10 +156,10 @@ def compare_lighting(
         "scenes": [s if s in render.scenes.names() else io.portable(s) for s in config.scenes],
         "environments": [io.portable(s) if one.source else s for s, one in zip(config.lights, light, strict=True)],
     }
-    command = ["gtao", "compare-lighting", *portable["scenes"]]
+    command = _command(config, portable, output)
     record = io.provenance(command, seed=config.seed, config=config.to_dict() | portable)
     versions = {k: str(v) for k, v in record["versions"].items() if v is not None}
-    comparison = replace(comparison, command=" ".join(command), versions=versions)
+    comparison = replace(comparison, command=shlex.join(command), versions=versions)
     figures = plot.lighting_figures(comparison)
     # From here on files change: without its record the directory counts as unfinished.
     earlier = listed(record_path)
@@ -165,11 +179,12 @@ def compare_lighting(
         "inputs": [*results.origins, *(one.source | {"light": one.name} for one in light if one.source)],
         "numbers": {
             "lights": {
-                name: {cut: {s.name: frame_numbers(s) for s in table.scenes} for cut, table in cuts.items()}
+                name: {cut: numbers_of(table) for cut, table in cuts.items()}
                 for name, cuts in comparison.tables.items()
             },
             "standings": {
-                name: {cut: standings(table) for cut, table in cuts.items()} for name, cuts in comparison.tables.items()
+                name: {cut: standings(numbers_of(table), cut) for cut, table in cuts.items()}
+                for name, cuts in comparison.tables.items()
             },
             "means": comparison.means,
             "notes": results.notes,
