@@ -1,12 +1,14 @@
 """All methods of irradiance under light from afar, from ``references/lighting``."""
 
+from gtao.workflows.lighting.methods import DENSE, DENSE_COUNTS, GAME, GAME_COUNTS, OURS, TRACED, TWINS
+
 from .markdown import folded, table
 
-TRACED, DENSE, GAME = "ray-traced visibility", "dense slices", "few slices, filtered"
 SOURCES = (TRACED, DENSE, GAME)
 SMOOTH, SHARP, WINDOWED = "order 2", "all bands", "all bands, windowed"
 LIMITS = "exact visibility, light cut"
-OURS = "slice-moments"
+#: The first of ours, exact where light has no bands above 2.
+EXACT = "slice-moments"
 
 #: Method -> what it is in `gtao.irradiance`, and what stands for visibility times cosine.
 METHODS = {
@@ -36,6 +38,16 @@ def rmse_of(numbers, light, cut, source):
     return {name: row["rmse"] for name, row in numbers["standings"][light][cut][source].items()}
 
 
+def told_apart(names, cut):
+    """Without the methods that are another one of them under the cut."""
+    return [name for name in names if cut != SMOOTH or TWINS.get(name) not in names]
+
+
+def sorted_means(numbers, cut, source):
+    means = numbers["means"][cut][source]
+    return sorted(told_apart(means, cut), key=means.__getitem__)
+
+
 def bold(values, shown="{:.3f}"):
     """The lowest in bold, None as a dash."""
     least = min(v for v in values if v is not None)
@@ -48,7 +60,10 @@ def overview(numbers):
     columns = [(cut, source) for cut in (SMOOTH, SHARP) for source in SOURCES]
     means = numbers["means"]
     names = sorted(means[SMOOTH][DENSE], key=lambda name: means[SMOOTH][DENSE][name])
-    cells = [bold([means[cut][source].get(name) for name in names]) for cut, source in columns]
+    cells = []
+    for cut, source in columns:
+        shown = sorted_means(numbers, cut, source)
+        cells.append(bold([means[cut][source][name] if name in shown else None for name in names]))
     body = [[f"`{name}`", *(column[i] for column in cells)] for i, name in enumerate(names)]
     return table(["method", *(f"{cut}: {source}" for cut, source in columns)], body)
 
@@ -63,8 +78,7 @@ def ranks(numbers):
         weights = [frames_of(numbers, light) for light in numbers["order"]]
         means = {
             name: sum(rows[name]["rank"] * n for rows, n in zip(found, weights, strict=True)) / sum(weights)
-            for name in names
-            if name in found[0]
+            for name in told_apart(found[0], cut)
         }
         wins = {name: sum(rows[name]["wins"] for rows in found) for name in means}
         shown = bold([means.get(name) for name in names], "{:.1f}")
@@ -72,13 +86,13 @@ def ranks(numbers):
     pairs = sum(frames_of(numbers, light) for light in numbers["order"])
     body = [[f"`{name}`", *(column[i] for column in cells)] for i, name in enumerate(names)]
     text = table(["method", *(f"{cut}: {source}" for cut, source in columns)], body)
-    return f"Mean rank, and in how many of {pairs} pairs of a view and a light the error is the lowest:\n\n{text}"
+    return f"Mean rank, and in how many of {pairs} pairs of a view and a light no other error is as low:\n\n{text}"
 
 
 def matrix(numbers, cut, source):
     """A row per method and a column per light."""
     means = numbers["means"][cut][source]
-    names = sorted(means, key=means.__getitem__)
+    names = sorted_means(numbers, cut, source)
     columns = [bold([means[name] for name in names])]
     for light in numbers["order"]:
         found = rmse_of(numbers, light, cut, source)
@@ -94,13 +108,14 @@ def matrices(numbers, cut):
 
 
 def winners(numbers, cut):
-    """Light by light: the method with the lowest mean, and where the exact moments stand."""
+    """Light by light: the method with the lowest mean, and where those with the slices' harmonics stand."""
     body = []
+    ours = [name for name in OURS if name in numbers["means"][cut][DENSE]]
     for light in numbers["order"]:
         for source in SOURCES:
             rows = numbers["standings"][light][cut][source]
-            order = sorted(rows, key=lambda name: rows[name]["rmse"])
-            best, ours = order[0], rows[OURS]
+            order = sorted(told_apart(rows, cut), key=lambda name: rows[name]["rmse"])
+            best = order[0]
             n = frames_of(numbers, light)
             body.append(
                 [
@@ -109,12 +124,10 @@ def winners(numbers, cut):
                     f"`{best}`",
                     f"{rows[best]['rmse']:.3f}",
                     f"{rows[best]['wins']} of {n}",
-                    f"{order.index(OURS) + 1}",
-                    f"{ours['rmse']:.3f}",
-                    f"{ours['wins']} of {n}",
+                    *(f"{order.index(name) + 1} ({rows[name]['rmse']:.3f})" for name in ours),
                 ]
             )
-    head = ["light", "given", "lowest mean", "RMSE", "first on", f"place of `{OURS}`", "RMSE", "first on"]
+    head = ["light", "given", "lowest mean", "RMSE", "first on", *(f"place of `{name}` (RMSE)" for name in ours)]
     return table(head, body)
 
 
@@ -136,7 +149,7 @@ def count_of(numbers, cut, source):
     found = {}
     for light in numbers["order"]:
         values = rmse_of(numbers, light, cut, source)
-        best = min(values, key=values.__getitem__)
+        best = min(told_apart(values, cut), key=values.__getitem__)
         found[best] = found.get(best, 0) + 1
     return dict(sorted(found.items(), key=lambda item: -item[1]))
 
@@ -148,32 +161,57 @@ def tally(numbers, cut, source):
 
 def ranking(numbers, cut, source, n=3):
     means = numbers["means"][cut][source]
-    names = sorted(means, key=means.__getitem__)
+    names = sorted_means(numbers, cut, source)
     parts = [f"`{name}` {means[name]:.3f}" for name in names[:n]]
-    place = names.index(OURS) + 1
-    tail = "" if place <= n else f"; `{OURS}` is number {place} with {means[OURS]:.3f}"
-    return ", ".join(parts) + tail
+    tails = [f"; `{o}` is number {names.index(o) + 1} with {means[o]:.3f}" for o in OURS if o in names[n:]]
+    return ", ".join(parts) + "".join(tails)
+
+
+def unoccluded(numbers, cut, source):
+    """In how many pairs of a view and a light no occlusion at all has the lowest error."""
+    wins = sum(numbers["standings"][light][cut][source]["unoccluded"]["wins"] for light in numbers["order"])
+    return f"{wins} of {sum(frames_of(numbers, light) for light in numbers['order'])}"
+
+
+def price(numbers, source):
+    """The best method with a window beside the best without."""
+    with_, without = (sorted_means(numbers, cut, source)[0] for cut in (WINDOWED, SHARP))
+    means = numbers["means"]
+    return f"`{with_}` {means[WINDOWED][source][with_]:.3f} against `{without}` {means[SHARP][source][without]:.3f}"
 
 
 def verdict(numbers):
     means = numbers["means"]
-    exact = means[SMOOTH][TRACED][OURS]
+    exact = means[SMOOTH][TRACED][EXACT]
     noise = sum(numbers["noise"][light][SMOOTH] for light in numbers["order"]) / len(numbers["order"])
-    second = min((v, k) for k, v in means[SMOOTH][TRACED].items() if k != OURS)
+    second = next(name for name in sorted_means(numbers, SMOOTH, TRACED) if name not in OURS)
     costs = [rmse_of(numbers, light, SHARP, LIMITS)["order 2"] for light in numbers["order"]]
     return f"""\
-- **Smooth light** (no bands above 2), exact visibility: `{OURS}` misses the truth by {exact:.4f} of the mean
-  irradiance, which is what is left of the rays' noise of {noise:.3f}; the best of the others, `{second[1]}`, by
-  {second[0]:.3f}.
-- **Smooth light, from the depth buffer**: what is left is the error of the visibility, which all methods share.
+- **Smooth light** (no bands above 2), exact visibility: `{EXACT}` misses the truth by {exact:.4f} of the mean
+  irradiance, which is what is left of the rays' noise of {noise:.3f}; the best of the others, `{second}`, by
+  {means[SMOOTH][TRACED][second]:.3f}.
+- **Smooth light, from the depth buffer**: the error of the visibility, the same for all, comes on top of theirs.
   Dense slices: {ranking(numbers, SMOOTH, DENSE)}. Few slices, filtered: {ranking(numbers, SMOOTH, GAME)}.
-- **Light as it is**: cutting it to order 2 alone costs {min(costs):.3f} to {max(costs):.3f}, and `{OURS}` pays that
-  in full. Exact visibility: {ranking(numbers, SHARP, TRACED)}. Dense slices: {ranking(numbers, SHARP, DENSE)}.
+- **Light as it is**: cutting it to order 2 alone costs {min(costs):.3f} to {max(costs):.3f}, and `{EXACT}` pays that
+  in full; `slice-moments-4` guesses bands 3 and 4 from visibility and mean direction.
+  Exact visibility: {ranking(numbers, SHARP, TRACED)}. Dense slices: {ranking(numbers, SHARP, DENSE)}.
   Few slices, filtered: {ranking(numbers, SHARP, GAME)}.
 - **Who has the lowest mean under light as it is**: given exact visibility {tally(numbers, SHARP, TRACED)};
   given dense slices {tally(numbers, SHARP, DENSE)}; given few slices {tally(numbers, SHARP, GAME)}.
+- **No occlusion at all** (`unoccluded`) has the lowest error of all in {unoccluded(numbers, SHARP, DENSE)} pairs of a
+  view and a light, given dense slices and light as it is; given few slices in {unoccluded(numbers, SHARP, GAME)}.
 - **Through a window** that leaves no negative radiance, dense slices: {ranking(numbers, WINDOWED, DENSE)}; few slices,
-  filtered: {ranking(numbers, WINDOWED, GAME)}."""
+  filtered: {ranking(numbers, WINDOWED, GAME)}. That is what a window costs: the best with it against the best without,
+  dense slices: {price(numbers, DENSE)}; few slices, filtered: {price(numbers, GAME)}."""
+
+
+def twins(numbers):
+    """Which methods are left out under smooth light, in words; nothing where none are."""
+    means = numbers["means"][SMOOTH][DENSE]
+    names = [f"`{name}`" for name in means if TWINS.get(name) in means]
+    if not names:
+        return ""
+    return f"{', '.join(names)} are here what they are without bands 3 and 4, and left out."
 
 
 def explained():
@@ -215,8 +253,9 @@ turns by {config["turn"]:g}°.
 Errors are root mean squares over the pixels and colour channels, relative to the mean irradiance of the view under the
 whole light, without the noise of the rays; means are over views and kinds of light. Two things are kept apart:
 
-- *What the method is given.* Ray-traced visibility isolates the method; dense slices (32 slices, 32 steps per side) add
-  what a depth buffer cannot know; few slices (3 × 3) and a filter are what a game has.
+- *What the method is given.* Ray-traced visibility isolates the method; dense slices
+  ({DENSE_COUNTS[0]} slices, {DENSE_COUNTS[1]} steps per side) add what a depth buffer cannot know; few slices
+  ({GAME_COUNTS[0]} × {GAME_COUNTS[1]}) and a filter are what a game has.
 - *What the light holds.* Under "{SMOOTH}" light and truth are cut to bands 0 to 2, so that no method is blamed for what
   nine coefficients cannot hold; under "{SHARP}" the truth sees all of the light, and methods the bands that they take.
   "{WINDOWED}" differs from that in what methods are given: their bands of the light through the widest window that
@@ -243,7 +282,7 @@ surface's irradiance, which holds next to nothing of them.
 
 ## Smooth light
 
-Light and truth cut to order 2. A method is off by what it assumes about the shape of visibility.
+Light and truth cut to order 2. A method is off by what it assumes about the shape of visibility. {twins(numbers)}
 
 {matrices(numbers, SMOOTH)}
 

@@ -19,6 +19,7 @@ from pathlib import Path
 from PIL import Image
 
 import gtao
+from gtao.workflows.lighting.tables import standings
 
 HERE = Path(__file__).resolve().parent
 FULL = HERE.parents[1] / "out" / "lighting"
@@ -88,6 +89,11 @@ def noises(numbers):
     }
 
 
+def compared(lights):
+    """Light -> cut -> standings, from the errors of every frame."""
+    return {light: {cut: standings(frames, cut) for cut, frames in cuts.items()} for light, cuts in lights.items()}
+
+
 def measure(options, found):
     """Run the comparison into the directory for everything."""
     settings = {"scenes": gtao.render.scenes.names("procedural"), "resolution": RESOLUTION, "spp": SPP}
@@ -115,14 +121,15 @@ def kept(full, credits):
     numbers = full["numbers"]
     files = {entry["path"]: entry["light"] for entry in full["inputs"] if "light" in entry}
     lights = [files.get(name, name) for name in full["config"]["environments"]]
+    compared_by_light = compared(numbers["lights"])
     record = {key: full[key] for key in ("created", "started", "git", "versions", "device", "seed", "config")}
     return record | {
         "kind": "comparison under light",
         "command": ["python", "references/lighting/run.py"],
         "inputs": [entry | credits.get(entry["sha256"], {}) for entry in full["inputs"]],
         "numbers": {
-            "order": [light for light in lights if light in numbers["standings"]],
-            "standings": rounded(numbers["standings"]),
+            "order": [light for light in lights if light in compared_by_light],
+            "standings": rounded(compared_by_light),
             "means": rounded(numbers["means"]),
             "noise": rounded(noises(numbers["lights"])),
             "frames": {light: len(cuts["all bands"]) for light, cuts in numbers["lights"].items()},
