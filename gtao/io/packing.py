@@ -51,8 +51,8 @@ def pack(ao: Any, name: str = "rgba8") -> np.ndarray:
     """An estimate as texels.
 
     Visibility in integers is clamped to [0, 1]; the background is what the estimate holds there: open, toward the
-    camera; "sh16" alone, which stores no visibility beside the harmonics, brings it back as 0. Directions are in the view
-    frame, +z toward the camera.
+    camera; "sh16" alone, which stores no visibility beside the harmonics, brings it back as 0. Directions are in the
+    view frame, +z toward the camera.
 
     Args:
         ao: :class:`gtao.AmbientOcclusion` or :class:`Directions`.
