@@ -19,7 +19,9 @@ from pathlib import Path
 from PIL import Image
 
 import gtao
+from gtao.workflows.lighting.methods import OURS
 from gtao.workflows.lighting.tables import standings
+from gtao.workflows.outputs import save_figures
 
 HERE = Path(__file__).resolve().parent
 FULL = HERE.parents[1] / "out" / "lighting"
@@ -29,9 +31,10 @@ RESOLUTION, SPP, SEED = 128, 512, 0
 TURN = 137.5
 QUICK = {"resolution": 32, "spp": 64, "scenes": ("stairs", "foliage")}
 
-#: Pictures to keep, in 256 colours.
+#: The picture of the errors of every method, drawn from the record.
+BARS = "methods"
+#: Other pictures to keep, in 256 colours.
 PICTURES = (
-    "methods.png",
     "stairs-camera-0_vmf-20.png",
     "arcade-camera-1_sunsky.png",
     "city-camera-1_forest.png",
@@ -156,10 +159,13 @@ def main():
     record = kept(gtao.io.read_record(options.full / "record.json"), credits)
     pictures = [name for name in PICTURES if (options.full / name).exists()]
     options.output.mkdir(parents=True, exist_ok=True)
-    for name in pictures:
-        with Image.open(options.full / name) as image:
+    bars = gtao.plot.lighting_bars(record["numbers"]["means"], ours=OURS)
+    drawn = save_figures(options.output, {BARS: bars})
+    sources = {name: options.output / name for name in drawn} | {name: options.full / name for name in pictures}
+    for name, source in sources.items():
+        with Image.open(source) as image:
             image.convert("RGB").quantize(256).save(options.output / name, optimize=True)
-    record["outputs"] = [gtao.io.file_entry(options.output / name, options.output) for name in pictures]
+    record["outputs"] = [gtao.io.file_entry(options.output / name, options.output) for name in sources]
     gtao.io.write_record(options.output / "record.json", record, overwrite=True)
 
 
