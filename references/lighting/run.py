@@ -19,7 +19,8 @@ from pathlib import Path
 from PIL import Image
 
 import gtao
-from gtao.workflows.lighting.methods import OURS
+from gtao.workflows.lighting.measuring import ALL, CUTS, WINDOWED
+from gtao.workflows.lighting.methods import DENSE, GAME, OURS, TRACED
 from gtao.workflows.lighting.tables import standings
 from gtao.workflows.outputs import save_figures
 
@@ -97,6 +98,11 @@ def compared(lights):
     return {light: {cut: standings(frames, cut) for cut, frames in cuts.items()} for light, cuts in lights.items()}
 
 
+def ordered(means):
+    """Means as they are drawn; a record sorts them by name."""
+    return {cut: {source: means[cut][source] for source in (TRACED, DENSE, GAME)} for cut in (*CUTS, ALL, WINDOWED)}
+
+
 def measure(options, found):
     """Run the comparison into the directory for everything."""
     settings = {"scenes": gtao.render.scenes.names("procedural"), "resolution": RESOLUTION, "spp": SPP}
@@ -159,7 +165,7 @@ def main():
     record = kept(gtao.io.read_record(options.full / "record.json"), credits)
     pictures = [name for name in PICTURES if (options.full / name).exists()]
     options.output.mkdir(parents=True, exist_ok=True)
-    bars = gtao.plot.lighting_bars(record["numbers"]["means"], ours=OURS)
+    bars = gtao.plot.lighting_bars(ordered(record["numbers"]["means"]), ours=OURS)
     drawn = save_figures(options.output, {BARS: bars})
     sources = {name: options.output / name for name in drawn} | {name: options.full / name for name in pictures}
     for name, source in sources.items():
