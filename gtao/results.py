@@ -41,7 +41,7 @@ class AmbientOcclusion:
 
     visibility: Any
     mean_direction: Any = PlanarImage()  # noqa: RUF009  (a descriptor)
-    visibility_sh: Any = PlanarImage()  # noqa: RUF009
+    visibility_sh: Any = PlanarImage()  # noqa: RUF009  (a descriptor)
     normal_v: Any = None
     unshaped: Any = None
     variance: Any = None

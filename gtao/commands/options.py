@@ -5,7 +5,17 @@ from typing import Annotated
 
 import typer
 
-__all__ = ["MAX_SIDE", "OutputDirectory", "Samples", "Seed", "distance"]
+__all__ = [
+    "MAX_SIDE",
+    "AllSensors",
+    "OutputDirectory",
+    "Quick",
+    "Radius",
+    "Resolution",
+    "Samples",
+    "Seed",
+    "distance",
+]
 
 #: A square image of more pixels is not read from files either, and memory would end the process without a word.
 MAX_SIDE = 16384
@@ -25,3 +35,16 @@ def distance(text: str) -> float:
     if not value > 0:
         raise typer.BadParameter(f"must be positive or inf, got {text}")
     return value
+
+
+Radius = Annotated[
+    float | None,
+    typer.Option(
+        parser=distance,
+        metavar="DISTANCE",
+        help="Reach of occluders in scene units, or inf; default: the scene's.",
+    ),
+]
+Resolution = Annotated[int | None, typer.Option(min=16, max=MAX_SIDE, help="Longer side in pixels.")]
+AllSensors = Annotated[bool, typer.Option(help="Every camera of a scene, not only the first.")]
+Quick = Annotated[bool, typer.Option(help="Small and noisy, to see every part run.")]

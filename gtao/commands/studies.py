@@ -7,8 +7,8 @@ import typer
 
 import gtao
 
-from .options import MAX_SIDE, OutputDirectory, Seed, distance
-from .terminal import Bars, out
+from .options import MAX_SIDE, AllSensors, OutputDirectory, Quick, Radius, Resolution, Seed
+from .terminal import report
 
 __all__ = ["compare", "compare_lighting", "refit"]
 
@@ -60,10 +60,7 @@ def refit(
         seed=seed,
         n_bootstrap=bootstrap,
     )
-    with Bars() as bars:
-        result = gtao.workflows.refit(config, output, cache=cache, progress=bars)
-    out.print(result.summary(), soft_wrap=True, highlight=False)
-    out.print(f"report: {output / 'report.html'}", soft_wrap=True)
+    report(gtao.workflows.refit, config, output, cache=cache)
 
 
 def compare(
@@ -78,18 +75,11 @@ def compare(
     method: Annotated[
         list[str] | None, typer.Option(help="Method to compare, repeatable; default: all of `gtao methods`.")
     ] = None,
-    radius: Annotated[
-        float | None,
-        typer.Option(
-            parser=distance,
-            metavar="DISTANCE",
-            help="Reach of occluders in scene units, or inf; default: the scene's.",
-        ),
-    ] = None,
-    resolution: Annotated[int | None, typer.Option(min=16, max=MAX_SIDE, help="Longer side in pixels.")] = None,
+    radius: Radius = None,
+    resolution: Resolution = None,
     spp: Annotated[int | None, typer.Option(min=16, help="Rays per pixel of the truth.")] = None,
-    all_sensors: Annotated[bool, typer.Option(help="Every camera of a scene, not only the first.")] = False,
-    quick: Annotated[bool, typer.Option(help="Small and noisy, to see every part run.")] = False,
+    all_sensors: AllSensors = False,
+    quick: Quick = False,
     seed: Seed = 0,
 ) -> None:
     """Every method against ray-traced truth: table, error maps, error budgets, report."""
@@ -103,10 +93,7 @@ def compare(
         all_sensors=all_sensors,
         seed=seed,
     )
-    with Bars() as bars:
-        result = gtao.workflows.compare(config, output, progress=bars)
-    out.print(result.summary(), soft_wrap=True, highlight=False)
-    out.print(f"report: {output / 'report.html'}", soft_wrap=True)
+    report(gtao.workflows.compare, config, output)
 
 
 def compare_lighting(
@@ -125,20 +112,13 @@ def compare_lighting(
         ),
     ] = None,
     method: Annotated[list[str] | None, typer.Option(help="Method to compare, repeatable; default: all.")] = None,
-    radius: Annotated[
-        float | None,
-        typer.Option(
-            parser=distance,
-            metavar="DISTANCE",
-            help="Reach of occluders in scene units, or inf; default: the scene's.",
-        ),
-    ] = None,
+    radius: Radius = None,
     up: Annotated[str | None, typer.Option(help="'x', 'y' or 'z'; default: z in embedded scenes, y in files.")] = None,
     turn: Annotated[float | None, typer.Option(help="Degrees that the light turns from frame to frame.")] = None,
-    resolution: Annotated[int | None, typer.Option(min=16, max=MAX_SIDE, help="Longer side in pixels.")] = None,
+    resolution: Resolution = None,
     spp: Annotated[int | None, typer.Option(min=32, help="Rays per pixel.")] = None,
-    all_sensors: Annotated[bool, typer.Option(help="Every camera of a scene, not only the first.")] = False,
-    quick: Annotated[bool, typer.Option(help="Small and noisy, to see every part run.")] = False,
+    all_sensors: AllSensors = False,
+    quick: Quick = False,
     seed: Seed = 0,
 ) -> None:
     """Every method of irradiance against ray-traced light: table, pictures, report."""
@@ -155,7 +135,4 @@ def compare_lighting(
         all_sensors=all_sensors,
         seed=seed,
     )
-    with Bars() as bars:
-        result = gtao.workflows.compare_lighting(config, output, progress=bars)
-    out.print(result.summary(), soft_wrap=True, highlight=False)
-    out.print(f"report: {output / 'report.html'}", soft_wrap=True)
+    report(gtao.workflows.compare_lighting, config, output)

@@ -1,11 +1,13 @@
 """What a terminal shows: text, errors, progress."""
 
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
-__all__ = ["Bars", "out"]
+__all__ = ["Bars", "out", "report"]
 
 out = Console()
 _err = Console(stderr=True)
@@ -39,3 +41,11 @@ class Bars:
         if task not in self._tasks:
             self._tasks[task] = self._progress.add_task(task, total=total)
         self._progress.update(self._tasks[task], completed=done, total=total)
+
+
+def report(workflow: Callable[..., Any], config: Any, output: Path, **options: Any) -> None:
+    """Run a workflow that leaves a report in a directory, with bars, and say what it found and where."""
+    with Bars() as bars:
+        result = workflow(config, output, progress=bars, **options)
+    out.print(result.summary(), soft_wrap=True, highlight=False)
+    out.print(f"report: {output / 'report.html'}", soft_wrap=True)

@@ -7,8 +7,8 @@ import typer
 
 import gtao
 
-from .options import MAX_SIDE, OutputDirectory, Seed, distance
-from .terminal import Bars, out
+from .options import AllSensors, OutputDirectory, Resolution, Seed, distance
+from .terminal import report
 
 __all__ = ["tune"]
 
@@ -60,9 +60,9 @@ def tune(
     radii: Annotated[
         tuple | None, typer.Option(parser=_factors, metavar="FACTOR,…", help="Use every view at these radii.")
     ] = None,
-    resolution: Annotated[int | None, typer.Option(min=16, max=MAX_SIDE, help="Longer side in pixels.")] = None,
+    resolution: Resolution = None,
     spp: Annotated[int | None, typer.Option(min=16, help="Rays per pixel of the truth.")] = None,
-    all_sensors: Annotated[bool, typer.Option(help="Every camera of a scene, not only the first.")] = True,
+    all_sensors: AllSensors = True,
     frames: Annotated[int | None, typer.Option(min=1, help="Noise frames per view.")] = None,
     rounds: Annotated[int | None, typer.Option(min=1, help="Most rounds of gradient steps and searches.")] = None,
     bootstrap: Annotated[int | None, typer.Option(min=0, help="Bootstrap draws for the intervals.")] = None,
@@ -92,7 +92,4 @@ def tune(
         max_rounds=rounds,
         seed=seed,
     )
-    with Bars() as bars:
-        result = gtao.workflows.tune(config, output, cache=cache, progress=bars)
-    out.print(result.summary(), soft_wrap=True, highlight=False)
-    out.print(f"report: {output / 'report.html'}", soft_wrap=True)
+    report(gtao.workflows.tune, config, output, cache=cache)

@@ -62,8 +62,8 @@ class GTAO(SliceMethod):
             that visibility is up to twice that too high: in the mean of four test scenes by 0.016 at τ = 0.1, 0.004 at
             0.03 and 0.0006 at 0.01. An open plane stays exact. None is the maximum itself.
         bent_normal: also give the mean unoccluded direction of every pixel: its closed form (ATVI-TR-19-01; theory, eq.
-            (124)), or with "average_horizon" the slides' approximation, the directions halfway between the horizons: a
-            baseline off by 18° in the mean, whose length means nothing.
+            (124)), or with "average_horizon" the slides' approximation, the directions halfway between the horizons
+            (eq. (54)): a baseline that leans to the viewer, and whose length means nothing.
         directional: also give the visibility of every pixel in spherical harmonics of bands 0 to 2, exact for the
             horizons that were found (eq. (112)), and the bent normal with it.
         power: the result is raised to this power, which has no physical meaning; 1 leaves it alone.

@@ -6,12 +6,14 @@ from typing import Any
 import drjit as dr
 
 from gtao.config import EdgeAwareFilter, PlaneAwareFilter, SpatialFilter
-from gtao.errors import ConfigError, ShapeError
+from gtao.errors import ConfigError
 from gtao.gbuffer import GBuffer
 from gtao.kernels import filters
 from gtao.planes import Planes
 from gtao.results import AmbientOcclusion
 from gtao.stages import staged
+
+from .estimate import check_estimate
 
 __all__ = ["denoise"]
 
@@ -47,13 +49,7 @@ def denoise(ao: AmbientOcclusion, g: GBuffer, spatial: Any) -> AmbientOcclusion:
     if apply is None:
         choices = ", ".join(f"gtao.{kind.__name__}" for kind in _FILTERS)
         raise ConfigError(f"the filter must be one of {choices}, got {type(spatial).__name__}")
-    for name, value, kind in (("ao", ao, AmbientOcclusion), ("g", g, GBuffer)):
-        if not isinstance(value, kind):
-            raise ConfigError(f"{name} must be a gtao.{kind.__name__}, got {type(value).__name__}")
-    if tuple(ao.visibility.shape) != g.shape:
-        raise ShapeError(
-            f"the estimate has shape {tuple(ao.visibility.shape)}, the frame {g.shape}; pass its own frame"
-        )
+    check_estimate(ao, g)
     T = g.types
     unshaped = () if ao.unshaped is None else (T.Float(ao.unshaped.array),)
     images = {name: planes for name in ("mean_direction", "visibility_sh") if (planes := ao.planes(name)) is not None}

@@ -26,6 +26,8 @@ from gtao.planes import Planes
 from gtao.results import AmbientOcclusion
 from gtao.tensors import to_tensor
 
+from .estimate import check_estimate
+
 __all__ = ["irradiance"]
 
 
@@ -61,13 +63,7 @@ def irradiance(sh: Any, g: GBuffer, ao: AmbientOcclusion, method: Any = None) ->
     if project is None:
         choices = ", ".join(f"gtao.{kind.__name__}" for kind in _METHODS)
         raise ConfigError(f"method must be one of {choices}, got {type(method).__name__}")
-    for name, value, kind in (("g", g, GBuffer), ("ao", ao, AmbientOcclusion)):
-        if not isinstance(value, kind):
-            raise ConfigError(f"{name} must be a gtao.{kind.__name__}, got {type(value).__name__}")
-    if tuple(ao.visibility.shape) != g.shape:
-        raise ShapeError(
-            f"the estimate has shape {tuple(ao.visibility.shape)}, the frame {g.shape}; pass its own frame"
-        )
+    check_estimate(ao, g)
     _check_needs(method, ao)
     coefficients, n_bands, n_channels = _light(sh, g)
     order = min(method.order, n_bands - 1)

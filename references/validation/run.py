@@ -16,7 +16,7 @@ HERE = Path(__file__).resolve().parent
 # The oracles are found only after this line, so the imports below it cannot stand at the top.
 sys.path.insert(0, str(HERE.parents[1] / "tests"))
 
-import gtao  # noqa: E402
+import gtao  # noqa: E402  (as said above)
 
 import numpy as np  # noqa: E402  isort: skip
 from analytic import _tables  # noqa: E402  isort: skip

@@ -3,4 +3,4 @@
 Importing gtao first settles the LLVM library before anything imports Dr.Jit.
 """
 
-import gtao  # noqa: F401
+import gtao  # noqa: F401  (before anything that imports Dr.Jit)

@@ -6,7 +6,7 @@ import pytest
 
 import gtao
 
-drjit_ad = pytest.importorskip("drjit.llvm.ad")
+drjit_ad = pytest.importorskip("drjit.llvm.ad", reason="this Dr.Jit has no LLVM backend")
 Float64, TensorXf64 = drjit_ad.Float64, drjit_ad.TensorXf64
 
 RNG = np.random.default_rng(3)

@@ -6,7 +6,7 @@ import pytest
 
 import gtao
 
-drjit_ad = pytest.importorskip("drjit.llvm.ad")
+drjit_ad = pytest.importorskip("drjit.llvm.ad", reason="this Dr.Jit has no LLVM backend")
 Float64 = drjit_ad.Float64
 
 RNG = np.random.default_rng(5)
@@ -63,7 +63,7 @@ def test_normals_keep_their_gradient_whatever_the_type_of_the_depth(precision, o
 
     expected = gradient(drjit_ad.TensorXf64)
     assert np.abs(expected).max() > 0.1
-    module = pytest.importorskip(of_depth)
+    module = pytest.importorskip(of_depth, reason=f"no module {of_depth}")
     # Horizons of a depth in single precision, whose winners are the same ones here.
     np.testing.assert_allclose(gradient(getattr(module, precision)), expected, atol=1e-4)
 

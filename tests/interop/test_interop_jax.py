@@ -26,10 +26,10 @@ import gtao
 
 jax = pytest.importorskip("jax", reason="JAX is not installed: pip install 'gtao[jax]'")
 
-from jax import numpy as jnp  # noqa: E402
-from jax.test_util import check_grads  # noqa: E402
+from jax import numpy as jnp  # noqa: E402  (skips come first)
+from jax.test_util import check_grads  # noqa: E402  (skips come first)
 
-from gtao.interop import jax as gj  # noqa: E402
+from gtao.interop import jax as gj  # noqa: E402  (skips come first)
 
 
 @pytest.fixture(autouse=True)

@@ -259,7 +259,7 @@ def test_derivatives_where_axis_and_normal_meet(precision):
     weights = 0.3 + 0.1 * np.arange(25)
     for k in range(5):
         for along in unit(np.cross(b[k], np.eye(3)[:2])):
-            want = differences(lambda x: weights @ quadrature(n[k], unit(b[k] + x * along), 0.6), 0.0)  # noqa: B023
+            want = differences(lambda x: weights @ quadrature(n[k], unit(b[k] + x * along), 0.6), 0.0)  # noqa: B023  (called at once)
             # Coefficients have rounding errors of 1e-7, over the least tilt 1e-3, in 25 terms that weigh up to 2.7.
             assert g[:, k] @ along == pytest.approx(want, abs=1e-2 if precision.name == "float32" else 1e-5)
 

@@ -15,7 +15,7 @@ def harmonics(d, order):
     """Real harmonics from SciPy's complex ones, whose factor (-1)^m is taken away: (K, n)."""
     theta, phi = np.arctan2(np.hypot(d[:, 0], d[:, 1]), d[:, 2]), np.arctan2(d[:, 1], d[:, 0])
     columns = []
-    for l in range(order + 1):  # noqa: E741
+    for l in range(order + 1):  # noqa: E741  (the letter of bands)
         for m in range(-l, l + 1):
             y = sph_harm_y(l, abs(m), theta, phi) * (-1) ** abs(m)
             columns.append(math.sqrt(2) * y.imag if m < 0 else (math.sqrt(2) if m else 1) * y.real)

@@ -33,7 +33,7 @@ def test_moments(name):
     for band in range(7):
         for channel in range(3):
             expected = sum(
-                quad(lambda x: light.profile(np.array(x))[channel] * eval_legendre(band, x), a, b, epsabs=1e-12)[0]  # noqa: B023
+                quad(lambda x: light.profile(np.array(x))[channel] * eval_legendre(band, x), a, b, epsabs=1e-12)[0]  # noqa: B023  (called at once)
                 for a, b in itertools.pairwise(edges)
             )
             assert light.kernel(6)[band, channel] == pytest.approx(2 * math.pi * expected, abs=1e-9)
