@@ -1,7 +1,7 @@
 """Images of several channels, kept as one flat array per channel until somebody wants them in one tensor.
 
 Kernels compute channels in arrays of their own, and what is computed from an image reads them so. To bring nine of them
-together takes as long as to estimate them.
+together is no small part of what an estimate costs (docs/howto/performance).
 """
 
 from dataclasses import dataclass
