@@ -1,7 +1,7 @@
 """The estimators on PyTorch tensors, differentiable by its autograd."""
 
-# An optional framework, which need not be there when types are checked; nor when documentation is built, where its types
-# cannot be combined.
+# An optional framework, which need not be there when types are checked; nor when documentation is built, where its
+# types cannot be combined.
 # pyright: reportMissingImports=false
 
 from __future__ import annotations
