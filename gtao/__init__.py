@@ -2,7 +2,7 @@
 
 The names below are the public core. The rooms ``gtao.render`` (ground truth with Mitsuba), ``gtao.io``, ``gtao.fit``,
 ``gtao.evaluate``, ``gtao.lighting`` (environment maps, spherical harmonics), ``gtao.plot``, ``gtao.interop`` (PyTorch,
-JAX) and ``gtao.workflows`` load when they are first used, so that ``import gtao`` needs neither Mitsuba nor the
+JAX), ``gtao.tables`` (tables of specular occlusion) and ``gtao.workflows`` load when they are first used, so that ``import gtao`` needs neither Mitsuba nor the
 scientific stack.
 """
 
@@ -126,7 +126,7 @@ __all__ = [
     "value_and_gradient",
 ]
 
-_ROOMS = ("evaluate", "fit", "interop", "io", "lighting", "plot", "render", "workflows")
+_ROOMS = ("evaluate", "fit", "interop", "io", "lighting", "plot", "render", "tables", "workflows")
 
 
 def __getattr__(name: str) -> Any:

@@ -1,0 +1,135 @@
+"""Coordinates of cone/cone tables, whose arguments are (alpha_v, beta, alpha); the cone of reflection is u = 0.01's.
+
+What tables on the first three hold is the share S of the reflection cone that is visible. The other two hold the
+intersection's share of the smaller cone, which is between 0 and 1 where the rims cross and known elsewhere, over how
+far across each other the rims are; ``scale`` makes S of it.
+"""
+
+import math
+from typing import Any
+
+import drjit as dr
+
+__all__ = [
+    "from_cosine",
+    "from_linear",
+    "from_nested",
+    "from_overlap",
+    "from_published",
+    "scale",
+    "to_cosine",
+    "to_linear",
+    "to_nested",
+    "to_overlap",
+    "to_published",
+]
+
+_HALF_PI = math.pi / 2
+#: -ln u of the aperture of reflection.
+_RATE = -math.log(0.01)
+#: Narrower cones of reflection, radians, are as good as a mirror.
+LEAST = 1e-4
+
+
+def _at_least(x, low) -> Any:
+    return dr.select(x > low, x, low)
+
+
+def _acos(x) -> Any:
+    """Arc cosine with a bounded derivative, of x limited to [-1, 1]."""
+    x = _at_least(x, -1)
+    x = dr.select(x < 1, x, 1)
+    s2 = dr.detach(dr.fma(-x, x, 1))
+    slope = dr.rsqrt(_at_least(s2, 1e-8))
+    return dr.replace_grad(dr.acos(dr.detach(x)), -slope * x)
+
+
+def _exp1(x) -> Any:
+    """1 - exp(-x) for x >= 0."""
+    t = dr.tanh(0.5 * x)
+    return 2 * t / (1 + t)
+
+
+def aperture(alpha) -> Any:
+    """Half angle of the cone of reflection: cos = u^(alpha² / 2), u = 0.01; narrower ones than LEAST are widened."""
+    half = dr.sqrt(_at_least(0.5 * _exp1(0.5 * _RATE * alpha * alpha), (0.5 * LEAST) ** 2))
+    return 2 * dr.asin(half)
+
+
+def alpha_of(alpha_s) -> Any:
+    """The microfacet width of a cone of reflection, the inverse of :func:`aperture`."""
+    s = dr.sin(0.5 * alpha_s)
+    # No width has a hemisphere for its cone. log(1 - x) through atanh keeps its digits for small x.
+    x = 2 * s * s
+    x = dr.select(x < 1 - 1e-6, x, 1 - 1e-6)
+    return dr.sqrt(2 * dr.atanh(x / (2 - x)) * (2 / _RATE))
+
+
+def to_published(alpha_v, beta, alpha):
+    return dr.cos(alpha_v), dr.cos(aperture(alpha)), dr.fma(0.5, dr.cos(beta), 0.5)
+
+
+def from_published(x, y, z):
+    return _at_least(_acos(x), LEAST), _acos(2 * z - 1), alpha_of(_acos(y))
+
+
+def to_cosine(alpha_v, beta, alpha):
+    """The published axes, over what roughness up to 1 and angles up to π/2 make of them only."""
+    return dr.cos(alpha_v), (dr.cos(aperture(alpha)) - 0.1) / 0.9, dr.cos(beta)
+
+
+def from_cosine(x, y, z):
+    return _at_least(_acos(x), LEAST), _acos(z), alpha_of(_acos(dr.fma(0.9, y, 0.1)))
+
+
+def to_linear(alpha_v, beta, alpha):
+    """Angles up to π/2 and the microfacet width themselves."""
+    return alpha_v / _HALF_PI, alpha * 1, beta / _HALF_PI
+
+
+def from_linear(x, y, z):
+    return _at_least(x * _HALF_PI, LEAST), z * _HALF_PI, y * 1
+
+
+def _cross(narrow, wide, beta):
+    """How far the rims are across each other: 0 where the wider cone holds the narrower one, 1 where they part."""
+    return 0.5 * (beta - (wide - narrow)) / _at_least(narrow, 1e-6)
+
+
+def _apart(narrow, wide, u):
+    """The inverse of :func:`_cross`."""
+    return dr.fma(2 * u, narrow, wide - narrow)
+
+
+def _sorted(a, b):
+    return dr.select(a < b, a, b), dr.select(a < b, b, a)
+
+
+def to_overlap(alpha_v, beta, alpha):
+    return alpha_v / _HALF_PI, alpha * 1, _cross(*_sorted(alpha_v, aperture(alpha)), beta)
+
+
+def from_overlap(x, y, z):
+    alpha_v, alpha = _at_least(x * _HALF_PI, LEAST), y * 1
+    return alpha_v, _apart(*_sorted(alpha_v, aperture(alpha)), z), alpha
+
+
+def to_nested(alpha_v, beta, alpha):
+    """The intersection does not tell its two cones apart: x is the ratio of the narrower to the wider."""
+    narrow, wide = _sorted(alpha_v, aperture(alpha))
+    return narrow / wide, wide / _HALF_PI, _cross(narrow, wide, beta)
+
+
+def from_nested(x, y, z):
+    """One of the two pairs of arguments: that whose cone of visibility is the narrower."""
+    # Where nothing is left of a cone the limit is meant.
+    wide = _at_least(y * _HALF_PI, 1e-3)
+    narrow = _at_least(x, 1e-4) * wide
+    return narrow, _apart(narrow, wide, z), alpha_of(wide)
+
+
+def scale(alpha_v, beta, alpha):
+    """Solid angle of the narrower cone over that of the cone of reflection."""
+    reflection = aperture(alpha)
+    ratio = dr.sin(0.5 * dr.select(alpha_v < reflection, alpha_v, reflection)) / dr.sin(0.5 * reflection)
+    return ratio * ratio
