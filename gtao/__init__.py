@@ -2,8 +2,8 @@
 
 The names below are the public core. The rooms ``gtao.render`` (ground truth with Mitsuba), ``gtao.io``, ``gtao.fit``,
 ``gtao.evaluate``, ``gtao.lighting`` (environment maps, spherical harmonics), ``gtao.plot``, ``gtao.interop`` (PyTorch,
-JAX), ``gtao.tables`` (tables of specular occlusion) and ``gtao.workflows`` load when they are first used, so that ``import gtao`` needs neither Mitsuba nor the
-scientific stack.
+JAX), ``gtao.tables`` (tables of specular occlusion) and ``gtao.workflows`` load when they are first used, so that
+``import gtao`` needs neither Mitsuba nor the scientific stack.
 """
 
 import importlib
