@@ -1,4 +1,4 @@
-"""Reflection of rough surfaces: the GGX and the Phong distribution, height-correlated shadowing, Schlick's Fresnel term.
+"""Reflection of rough surfaces: GGX and Phong distributions, height-correlated shadowing, Schlick's Fresnel term.
 
 The frame has the normal n = z. A direction is three numbers (x, y, z), of unit length, pointing away from the surface.
 α is the width of the slopes of microfacets, perceptual roughness squared.
