@@ -7,10 +7,16 @@ Everything is written whole or not at all, and what cannot be read is refused in
 from .atomic import atomic_path as atomic_path
 from .atomic import ensure_writable as ensure_writable
 from .atomic import write_text as write_text
+from .bc4 import decode_bc4 as decode_bc4
+from .bc4 import encode_bc4 as encode_bc4
 from .cache import TransportCache as TransportCache
 from .cache import default_cache_directory as default_cache_directory
 from .codecs import PACKINGS as PACKINGS
 from .codecs import Packing as Packing
+from .dds import DDS_FORMATS as DDS_FORMATS
+from .dds import DdsFormat as DdsFormat
+from .dds import read_dds as read_dds
+from .dds import write_dds as write_dds
 from .directions import Directions as Directions
 from .directions import direction_channels as direction_channels
 from .directions import direction_manifest as direction_manifest
@@ -22,6 +28,7 @@ from .exr import read_gbuffer as read_gbuffer
 from .exr import write_gbuffer as write_gbuffer
 from .fits import fit_from_dict as fit_from_dict
 from .fits import fit_of_record as fit_of_record
+from .fits import fit_text as fit_text
 from .fits import fit_to_dict as fit_to_dict
 from .fits import read_fit as read_fit
 from .fits import write_fit as write_fit

@@ -10,7 +10,7 @@ from gtao.errors import ConfigError, RecordError
 from .atomic import write_text
 from .jsontext import pretty_json, read_json, with_infinities
 
-__all__ = ["fit_from_dict", "fit_of_record", "fit_to_dict", "read_fit", "write_fit"]
+__all__ = ["fit_from_dict", "fit_of_record", "fit_text", "fit_to_dict", "read_fit", "write_fit"]
 
 KIND = "gtao.multibounce"
 SCHEMA = 1
@@ -111,16 +111,25 @@ def read_fit(path: str | os.PathLike) -> MultibounceFit:
 
 
 def write_fit(path: str | os.PathLike, fit: MultibounceFit) -> None:
-    """Write coefficients with their standard errors and intervals as JSON, whole or not at all.
-
-    Numbers are written so that reading gives the same bits; infinitely many bounces are the string "inf".
+    """Write coefficients with their standard errors and intervals as JSON, whole or not at all; see :func:`fit_text`.
 
     Raises:
         RecordError: a number is NaN, or the file cannot be written.
     """
+    write_text(path, fit_text(fit), error=RecordError)
+
+
+def fit_text(fit: MultibounceFit) -> str:
+    """Coefficients with their standard errors and intervals as JSON.
+
+    Numbers are written so that reading gives the same bits; infinitely many bounces are the string "inf".
+
+    Raises:
+        RecordError: a number is NaN.
+    """
     if math.isnan(fit.bounces):
         raise RecordError("bounces is NaN; give a count or math.inf")
-    write_text(path, pretty_json(fit_to_dict(fit)), error=RecordError)
+    return pretty_json(fit_to_dict(fit))
 
 
 def fit_of_record(record: dict[str, Any]) -> MultibounceFit:

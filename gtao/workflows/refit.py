@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +10,11 @@ import numpy as np
 
 from gtao import fit, io, plot, render
 from gtao.data.multibounce import JIMENEZ2016, MultibounceFit
-from gtao.errors import RecordError
 
-from .outputs import listed, save_figures
+from .outputs import OutputDirectory
 from .settings import RefitConfig
 from .transports import SceneData, collect
-from .views import scene_names
+from .views import portable, scene_names
 
 __all__ = ["RefitOutcome", "refit"]
 
@@ -126,12 +124,9 @@ def refit(
         RecordError, ImageError: the output cannot be written.
     """
     config = RefitConfig() if config is None else config
-    output = Path(output)
-    started = datetime.now(UTC)
     embedded = render.scenes.names("procedural") if config.also_embedded or not config.scenes else ()
     sources = scene_names([*config.scenes, *embedded])
-    record_path = output / "record.json"
-    io.ensure_writable(record_path, error=RecordError)
+    directory = OutputDirectory(output)
     store = io.TransportCache(io.default_cache_directory() if cache is None else cache)
     data = collect(sources, config, store, progress)
 
@@ -152,33 +147,29 @@ def refit(
     diagnostics = fit.diagnose(samples, result)
     figures = plot.refit_figures(result, tables, diagnostics)
     figures["scenes"] = plot.image_row([d.visibility for d in data], [d.name for d in data])
-    # From here on files change: without its record the directory counts as unfinished.
-    earlier = listed(record_path)
-    record_path.unlink(missing_ok=True)
-    outputs = _write_outputs(output, result.fit, shaders, figures)
-    for name in earlier - set(outputs):
-        (output / name).unlink(missing_ok=True)
     record = io.provenance(["gtao", "refit"], seed=config.seed, config=_portable(config)) | {
         "kind": "multibounce refit",
-        "started": started.isoformat(timespec="seconds"),
         "inputs": [_scene_entry(d, sources[d.name]) for d in data],
-        "outputs": [io.file_entry(output / name, output) for name in outputs],
         "numbers": {
             "fit": result.to_dict(),
             "comparison": {_key(bounces): table.to_dict() for bounces, table in tables.items()},
         },
     }
-    page = plot.refit_report(result, tables, diagnostics, record=record, shader=shaders[SHOWN_SHADER], figures=figures)
-    io.write_text(output / "report.html", page)
-    io.write_record(record_path, record, overwrite=True)
+
+    def page(record: dict[str, Any]) -> str:
+        shader = shaders[SHOWN_SHADER]
+        return plot.refit_report(result, tables, diagnostics, record=record, shader=shader, figures=figures)
+
+    texts = {"coefficients.json": io.fit_text(result.fit)}
+    texts |= {f"multibounce.{suffix}": code for suffix, code in shaders.items()}
+    record = directory.publish(record, texts, figures, page)
     steps.next()
     return RefitOutcome(result.fit, result, tables, record)
 
 
 def _portable(config: RefitConfig) -> dict[str, Any]:
     """The settings as a record may hold them: files by names that mean something elsewhere."""
-    embedded = render.scenes.names()
-    return config.to_dict() | {"scenes": [s if s in embedded else io.portable(s) for s in config.scenes]}
+    return config.to_dict() | {"scenes": portable(config.scenes)}
 
 
 class _Steps:
@@ -196,13 +187,3 @@ class _Steps:
 
 def _key(bounces: float) -> str:
     return "inf" if math.isinf(bounces) else f"{bounces:g}"
-
-
-def _write_outputs(output: Path, fitted: MultibounceFit, shaders: dict[str, str], figures: dict[str, Any]) -> list[str]:
-    """Coefficients, shader code and plots; the names of what was written."""
-    io.write_fit(output / "coefficients.json", fitted)
-    names = ["coefficients.json"]
-    for suffix, code in shaders.items():
-        names.append(f"multibounce.{suffix}")
-        io.write_text(output / names[-1], code)
-    return names + save_figures(output, figures)

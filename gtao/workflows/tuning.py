@@ -4,7 +4,6 @@ import csv
 import io as text_io
 from collections.abc import Callable
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +12,10 @@ from gtao.config import named, with_budget
 from gtao.errors import ConfigError, RecordError
 
 from .comparison.frames import sources
-from .outputs import listed, save_figures
+from .outputs import OutputDirectory
 from .tuning_settings import TuneConfig
 from .tuning_views import collect_views
+from .views import portable
 
 __all__ = ["TuneOutcome", "tune"]
 
@@ -93,12 +93,9 @@ def tune(
         RecordError: the output or the cache cannot be written.
     """
     config = TuneConfig() if config is None else config
-    output = Path(output)
-    started = datetime.now(UTC)
     given, held = _scenes(config)
     folds, n_bootstrap = _counts(config, len(given) - len(held))
-    record_path = output / "record.json"
-    io.ensure_writable(record_path, error=RecordError)
+    directory = OutputDirectory(output)
     folder = io.default_cache_directory() if cache is None else Path(cache)
     io.ensure_writable(folder / ".probe", error=RecordError)
     views = collect_views(given, config, folder, progress)
@@ -122,24 +119,16 @@ def tune(
     rival = _rival_name(config.rival, result.method.occlusion.n_slices, result.method.occlusion.n_steps)
     record = io.provenance(["gtao", "tune"], seed=config.seed, config=_portable(config)) | {
         "kind": "tuning",
-        "started": started.isoformat(timespec="seconds"),
         "inputs": [view.source for view in views],
         "numbers": result.to_dict() | {"rival": rival, "unseen": _unseen(result, rival)},
     }
     figures = plot.tuning_figures(result, rival)
-    # From here on files change: without its record the directory counts as unfinished.
-    earlier = listed(record_path)
-    record_path.unlink(missing_ok=True)
     texts = {"method.json": io.pretty_json(result.method.to_dict()), "tuning.csv": _table(result)}
-    for name, text in texts.items():
-        io.write_text(output / name, text)
-    names = [*texts, *save_figures(output, figures)]
-    for name in earlier - set(names):
-        (output / name).unlink(missing_ok=True)
-    record["outputs"] = [io.file_entry(output / name, output) for name in names]
-    io.write_text(output / "report.html", plot.tuning_report(result, rival, record=record, figures=figures))
-    io.write_record(record_path, record, overwrite=True)
-    return TuneOutcome(result, rival, record)
+
+    def page(record: dict[str, Any]) -> str:
+        return plot.tuning_report(result, rival, record=record, figures=figures)
+
+    return TuneOutcome(result, rival, directory.publish(record, texts, figures, page))
 
 
 def _scenes(config: TuneConfig) -> tuple[dict[str, str], list[str]]:
@@ -208,7 +197,4 @@ def _table(result: fit.TuningResult) -> str:
 
 def _portable(config: TuneConfig) -> dict[str, Any]:
     """The settings as a record may hold them: files by names that mean something elsewhere."""
-    embedded = render.scenes.names()
-    lists = {"scenes": config.scenes, "held_out": config.held_out}
-    portable = {name: [s if s in embedded else io.portable(s) for s in given] for name, given in lists.items()}
-    return config.to_dict() | portable
+    return config.to_dict() | {"scenes": portable(config.scenes), "held_out": portable(config.held_out)}

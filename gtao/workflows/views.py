@@ -5,10 +5,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from gtao import render
+from gtao import io, render
 from gtao.errors import SceneError
 
-__all__ = ["open_scene", "scene_names"]
+__all__ = ["open_scene", "portable", "scene_names"]
 
 
 def scene_names(sources: Sequence[str]) -> dict[str, str]:
@@ -39,6 +39,12 @@ def scene_names(sources: Sequence[str]) -> dict[str, str]:
             name, n = f"{base} ({n})", n + 1
         names[name] = source
     return names
+
+
+def portable(sources: Sequence[str]) -> list[str]:
+    """The sources as a record may hold them: files by names that mean something elsewhere."""
+    embedded = render.scenes.names()
+    return [source if source in embedded else io.portable(source) for source in sources]
 
 
 def open_scene(source: str, resolution: int) -> tuple[Any, int]:

@@ -11,7 +11,8 @@ import pytest
 
 import gtao
 from gtao import cli, io, lighting, plot, workflows
-from gtao.workflows.lighting import frames, lights, methods, run, tables
+from gtao.workflows import outputs
+from gtao.workflows.lighting import frames, lights, methods, tables
 
 SMALL = {"resolution": 24, "spp": 64}
 METHODS = ("slice-moments", "clipped-cone-4", "bent-normal-average-horizon", "unoccluded")
@@ -43,12 +44,12 @@ def test_everything_is_written_and_listed(outcome):
     record = io.read_record(folder / "record.json")
     assert {k: v for k, v in record.items() if k != "schema"} == json.loads(json.dumps(result.record))
     listed = {entry["path"] for entry in record["outputs"]}
-    assert {p.name for p in folder.iterdir()} == listed | {"record.json"}
+    assert {p.name for p in folder.iterdir()} == listed | {"record.json", "report.html"}
     for entry in record["outputs"]:
         assert io.sha256_file(folder / entry["path"]) == entry["sha256"]
     # The first frame under every light, the second under one of them.
     pictures = {"corner_boxes_gradient.png", "corner_boxes_vmf-20.png", "trench_vmf-20.png"}
-    assert listed == {"lighting.csv", "lighting.md", "methods.png", "report.html", *pictures}
+    assert listed == {"lighting.csv", "lighting.md", "methods.png", *pictures}
     page = (folder / "report.html").read_text()
     assert "http://" not in page.replace("http://www.w3.org", "")
     assert all(word in page for word in ("vmf:20", "slice-moments", *SOURCES, *CUTS, LIMITS))
@@ -292,7 +293,7 @@ def test_a_run_that_breaks_off_leaves_no_record(tmp_path, monkeypatch):
     def full(*_):
         raise gtao.ImageError("no space left")
 
-    monkeypatch.setattr(run, "save_figures", full)
+    monkeypatch.setattr(outputs, "save_figures", full)
     with pytest.raises(gtao.ImageError):
         workflows.compare_lighting(config, tmp_path / "out")
     assert not (tmp_path / "out" / "record.json").exists()

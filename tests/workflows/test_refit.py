@@ -366,7 +366,7 @@ class TestFailures:
             workflows.refit(FREE, earlier, cache=cache)
         assert contents(earlier) == before
 
-    @pytest.mark.parametrize("step", ["write_fit", "atomic_path", "write_record"])
+    @pytest.mark.parametrize("step", ["write_text", "atomic_path", "write_record"])
     def test_writing_that_fails_leaves_no_record(self, earlier, cache, monkeypatch, step):
         def fail(*_, **__):
             raise RecordError("the disk is full")

@@ -3,13 +3,12 @@
 import gc
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from gtao import io, plot, render
-from gtao.errors import RecordError
-from gtao.workflows.outputs import listed, save_figures
+from gtao import io, plot
+from gtao.workflows.outputs import OutputDirectory
+from gtao.workflows.views import portable
 
 from .frames import Frame, frames, sources
 from .ladder import height_field
@@ -70,11 +69,8 @@ def compare(
         RecordError: the record cannot be written.
     """
     config = CompareConfig() if config is None else config
-    output = Path(output)
-    started = datetime.now(UTC)
     given = sources(config.scenes)
-    record_path = output / "record.json"
-    io.ensure_writable(record_path, error=RecordError)
+    directory = OutputDirectory(output)
     scenes, origins = [], []
     for i, (name, source) in enumerate(given.items()):
         if progress:
@@ -85,35 +81,26 @@ def compare(
             gc.collect()
     if progress:
         progress("scenes", len(given), len(given))
-    portable = [s if s in render.scenes.names() else io.portable(s) for s in config.scenes]
-    command = ["gtao", "compare", *portable]
-    record = io.provenance(command, seed=config.seed, config=config.to_dict() | {"scenes": portable})
+    given_scenes = portable(config.scenes)
+    command = ["gtao", "compare", *given_scenes]
+    record = io.provenance(command, seed=config.seed, config=config.to_dict() | {"scenes": given_scenes})
     comparison = plot.Comparison(
         scenes=scenes,
         command=" ".join(command),
         versions={k: str(v) for k, v in record["versions"].items() if v is not None},
     )
     figures = plot.comparison_figures(comparison)
-    # From here on files change: without its record the directory counts as unfinished.
-    earlier = listed(record_path)
-    record_path.unlink(missing_ok=True)
-    texts = {"comparison.csv": csv_text(scenes), "comparison.md": markdown_text(scenes)}
-    for name, text in texts.items():
-        io.write_text(output / name, text)
-    names = [*texts, *save_figures(output, figures), "report.html"]
-    for name in earlier - set(names):
-        (output / name).unlink(missing_ok=True)
     record |= {
         "kind": "comparison",
-        "started": started.isoformat(timespec="seconds"),
         "inputs": origins,
         "numbers": {scene.name: scene_numbers(scene) for scene in scenes},
     }
-    page = plot.compare_report(replace(comparison, record=record), figures=figures)
-    io.write_text(output / "report.html", page)
-    record["outputs"] = [io.file_entry(output / name, output) for name in names]
-    io.write_record(record_path, record, overwrite=True)
-    return CompareOutcome(comparison, record)
+
+    def page(record: dict[str, Any]) -> str:
+        return plot.compare_report(replace(comparison, record=record), figures=figures)
+
+    texts = {"comparison.csv": csv_text(scenes), "comparison.md": markdown_text(scenes)}
+    return CompareOutcome(comparison, directory.publish(record, texts, figures, page))
 
 
 def _one_frame(frame: Frame, config: CompareConfig, progress: Report | None) -> Any:

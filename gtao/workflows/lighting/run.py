@@ -4,13 +4,13 @@ import gc
 import shlex
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from gtao import io, plot, render
-from gtao.errors import RecordError, SceneError
-from gtao.workflows.outputs import listed, save_figures
+from gtao import io, plot
+from gtao.errors import SceneError
+from gtao.workflows.outputs import OutputDirectory
+from gtao.workflows.views import portable
 
 from .frames import LightingFrame, scene_sources, views_of
 from .lights import Light, lights, placed
@@ -54,17 +54,17 @@ class CompareLightingOutcome:
         )
 
 
-def _command(config: CompareLightingConfig, portable: dict[str, list[str]], output: Path) -> list[str]:
+def _command(config: CompareLightingConfig, files: dict[str, list[str]], output: Path) -> list[str]:
     """The command line that repeats a run; radii and axes by scene, which it cannot say, are in the record alone."""
     options: list[Any] = ["-o", io.portable(output)]
-    for option, values in (("--environment", portable["environments"]), ("--method", config.methods)):
+    for option, values in (("--environment", files["environments"]), ("--method", config.methods)):
         options += [word for value in values for word in (option, value)]
     for name in ("radius", "up", "turn", "resolution", "spp", "seed"):
         value = getattr(config, name)
         if value is not None and not isinstance(value, Mapping):
             options += [f"--{name}", value]
     options += ["--all-sensors"] if config.all_sensors else []
-    return ["gtao", "compare-lighting", *portable["scenes"], *map(str, options)]
+    return ["gtao", "compare-lighting", *files["scenes"], *map(str, options)]
 
 
 class _Results:
@@ -137,12 +137,9 @@ def compare_lighting(
         RecordError: the record cannot be written.
     """
     config = CompareLightingConfig() if config is None else config
-    output = Path(output)
-    started = datetime.now(UTC)
     given = scene_sources(config)
     light = lights(config.lights)
-    record_path = output / "record.json"
-    io.ensure_writable(record_path, error=RecordError)
+    directory = OutputDirectory(output)
     results = _Results([one.name for one in light], config, progress)
     steps = results.tasks("scenes")
     for i, (name, source) in enumerate(given.items()):
@@ -152,30 +149,21 @@ def compare_lighting(
             gc.collect()
     steps(len(given), len(given))
     comparison = results.comparison()
-    portable = {
-        "scenes": [s if s in render.scenes.names() else io.portable(s) for s in config.scenes],
+    files = {
+        "scenes": portable(config.scenes),
         "environments": [io.portable(s) if one.source else s for s, one in zip(config.lights, light, strict=True)],
     }
-    command = _command(config, portable, output)
-    record = io.provenance(command, seed=config.seed, config=config.to_dict() | portable)
+    command = _command(config, files, directory.path)
+    record = io.provenance(command, seed=config.seed, config=config.to_dict() | files)
     versions = {k: str(v) for k, v in record["versions"].items() if v is not None}
     comparison = replace(comparison, command=shlex.join(command), versions=versions)
     figures = plot.lighting_figures(comparison)
-    # From here on files change: without its record the directory counts as unfinished.
-    earlier = listed(record_path)
-    record_path.unlink(missing_ok=True)
     texts = {
         "lighting.csv": csv_text(comparison.tables),
         "lighting.md": markdown_text(comparison.tables, comparison.means),
     }
-    for name, text in texts.items():
-        io.write_text(output / name, text)
-    names = [*texts, *save_figures(output, figures), "report.html"]
-    for name in earlier - set(names):
-        (output / name).unlink(missing_ok=True)
     record |= {
         "kind": "comparison under light",
-        "started": started.isoformat(timespec="seconds"),
         "inputs": [*results.origins, *(one.source | {"light": one.name} for one in light if one.source)],
         "numbers": {
             "lights": {
@@ -190,8 +178,9 @@ def compare_lighting(
             "notes": results.notes,
         },
     }
-    page = plot.lighting_report(replace(comparison, record={**record, "numbers": "record.json"}), figures=figures)
-    io.write_text(output / "report.html", page)
-    record["outputs"] = [io.file_entry(output / name, output) for name in names]
-    io.write_record(record_path, record, overwrite=True)
-    return CompareLightingOutcome(comparison, record)
+
+    def page(record: dict[str, Any]) -> str:
+        shown = replace(comparison, record={**record, "numbers": "record.json"})
+        return plot.lighting_report(shown, figures=figures)
+
+    return CompareLightingOutcome(comparison, directory.publish(record, texts, figures, page))
