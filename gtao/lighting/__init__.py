@@ -8,6 +8,7 @@ from .basis import basis, cosine_kernel, evaluate, project_function
 from .conventions import CONVENTIONS, Convention, convert
 from .environment import EnvironmentMap
 from .lights import ZonalLight, constant, disc, gradient_sky, von_mises_fisher
+from .prefilter import PrefilteredEnvironment, prefilter
 from .quality import energy, fit_quality
 from .rotation import axes, rotate, rotation_matrix, to_view
 from .windowing import WINDOWS, minimum, non_negative, window, window_factors
@@ -17,6 +18,7 @@ __all__ = [
     "WINDOWS",
     "Convention",
     "EnvironmentMap",
+    "PrefilteredEnvironment",
     "ZonalLight",
     "axes",
     "basis",
@@ -30,6 +32,7 @@ __all__ = [
     "gradient_sky",
     "minimum",
     "non_negative",
+    "prefilter",
     "project_function",
     "rotate",
     "rotation_matrix",
