@@ -65,6 +65,30 @@ class AmbientOcclusion:
         unit = (dr.select(seen, b * rcp, n) for b, n in zip(B, fallback, strict=True))
         return Planes(tuple(unit), planes.shape).tensor()
 
+    @property
+    def cosine_visibility(self):
+        """(H, W) cosine-weighted visibility, 1 on the background, or None where the estimate does not know it.
+
+        With cosine weighting the visibility itself. With uniform weighting 2 ⟨N, mean_direction⟩: exactly what the same
+        horizons, or open sectors, give with the other weighting, so that one uniform estimate with bent normals has
+        both. Neither power, floor and ceiling nor a fade of small radii, which change the visibility alone, are in
+        it; where a normal faces away, it belongs to that normal and not to the turned one. None with uniform weighting
+        without directions or with those of "average_horizon", and with other weightings.
+        """
+        weighting = getattr(self.config, "weighting", "cosine")
+        if weighting == "cosine":
+            return self.visibility
+        directions = self.planes("mean_direction")
+        average = getattr(self.config, "bent_normal", None) == "average_horizon"
+        if weighting != "uniform" or average or directions is None or self.normal_v is None:
+            return None
+        T = types_of(type(self.visibility))
+        B, seen = T.Array3(*directions.arrays), self.visibility if self.unshaped is None else self.unshaped
+        # The background is visible, without a direction.
+        background = (dr.squared_norm(B) == 0) & (seen.array > 0)
+        cosine = 2 * dr.dot(dr.unravel(T.Array3, self.normal_v.array), B)
+        return T.Tensor(dr.select(background, 1, cosine), self.visibility.shape)
+
     def planes(self, name: str) -> Planes | None:
         """The channels of "mean_direction" or "visibility_sh" as flat arrays, or None: ``.arrays`` and ``.shape``."""
         return vars(type(self))[name].planes(self)

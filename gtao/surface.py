@@ -9,7 +9,7 @@ from .kernels import normals
 from .stages import staged
 from .tensors import scalar
 
-__all__ = ["NUMBERS", "derived_normals", "points"]
+__all__ = ["NUMBERS", "derived_normals", "points", "view_directions"]
 
 #: What the position of a texel depends on beside its depth.
 NUMBERS = ("fx", "fy", "cx", "cy")
@@ -36,6 +36,20 @@ def points(view_z: Any, surface: Any, camera: Any, T: Any):
     index = dr.arange(T.UInt, camera.width * camera.height)
     y = index // camera.width
     return dr.ravel(dr.select(surface, position(index - y * camera.width, y, dr.select(surface, view_z, 1)), 0))
+
+
+def view_directions(camera: Any, T: Any):
+    """Unit vectors from the surface to the viewer (x, y, z) in the view frame, flat; of the background too.
+
+    They do not depend on the depth. In parallel projection they are one vector for all.
+    """
+    if camera.is_orthographic:
+        return T.Float(0), T.Float(0), T.Float(1)
+    position = _position(camera, (scalar(value, T.Float) for value in _numbers(camera)), T)
+    index = dr.arange(T.UInt, camera.width * camera.height)
+    y = index // camera.width
+    P = position(index - y * camera.width, y, T.Float(1))
+    return tuple(-dr.normalize(P))
 
 
 def derived_normals(view_z: Any, camera: Any, T: Any):

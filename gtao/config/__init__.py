@@ -28,6 +28,7 @@ from .named import NAMED, NamedMethod, named, with_budget
 from .pipeline import Pipeline
 from .pyramid import DepthPyramid
 from .slices import SliceMethod
+from .specular import ConeBRDF, ConeCone, ConeLobe, ConeTable, Lagarde2014, VisibilityAsSpecular
 from .thickness import (
     ConstantThickness,
     ContinuityThickness,
@@ -43,7 +44,11 @@ __all__ = [
     "NAMED",
     "BentNormalIrradiance",
     "ClippedCone",
+    "ConeBRDF",
+    "ConeCone",
+    "ConeLobe",
     "ConeSH",
+    "ConeTable",
     "ConstantThickness",
     "ContinuityThickness",
     "DepthCut",
@@ -53,6 +58,7 @@ __all__ = [
     "HeightfieldHorizon",
     "HeightfieldRayMarch",
     "IndexFalloff",
+    "Lagarde2014",
     "LinearFalloff",
     "LinearThickness",
     "MeasuredThickness",
@@ -69,6 +75,7 @@ __all__ = [
     "SliceMoments",
     "SpatialFilter",
     "TripleProduct",
+    "VisibilityAsSpecular",
     "VisibilityBitmask",
     "deviations",
     "faithful",
@@ -84,6 +91,7 @@ register(RunningThickness, DepthCut, ConstantThickness, ContinuityThickness, Lin
 register(EdgeAwareFilter, SpatialFilter, PlaneAwareFilter)
 register(DepthPyramid)
 register(SliceMoments, MomentZH, ConeSH, ClippedCone, TripleProduct, BentNormalIrradiance, OcclusionTimesIrradiance)
+register(ConeTable, ConeCone, ConeLobe, ConeBRDF, Lagarde2014, VisibilityAsSpecular)
 
 
 def method_from_dict(data: dict[str, Any]) -> Any:

@@ -5,6 +5,7 @@ from .irradiance import irradiance
 from .multibounce import multibounce
 from .occlusion import ambient_occlusion
 from .reflection import diffuse_radiance
+from .specular import environment_brdf, specular_occlusion, specular_reflectance
 from .value_and_gradient import ValueAndGradient, value_and_gradient
 
 __all__ = [
@@ -12,7 +13,10 @@ __all__ = [
     "ambient_occlusion",
     "denoise",
     "diffuse_radiance",
+    "environment_brdf",
     "irradiance",
     "multibounce",
+    "specular_occlusion",
+    "specular_reflectance",
     "value_and_gradient",
 ]

@@ -6,7 +6,7 @@ from gtao.errors import ConfigError, ShapeError
 from gtao.gbuffer import GBuffer
 from gtao.results import AmbientOcclusion
 
-__all__ = ["check_estimate"]
+__all__ = ["check_estimate", "check_frame"]
 
 
 def check_estimate(ao: Any, g: Any) -> None:
@@ -16,10 +16,20 @@ def check_estimate(ao: Any, g: Any) -> None:
         ConfigError: one of them is something else.
         ShapeError: the estimate is of another frame.
     """
-    for name, value, kind in (("g", g, GBuffer), ("ao", ao, AmbientOcclusion)):
-        if not isinstance(value, kind):
-            raise ConfigError(f"{name} must be a gtao.{kind.__name__}, got {type(value).__name__}")
+    check_frame(g)
+    if not isinstance(ao, AmbientOcclusion):
+        raise ConfigError(f"ao must be a gtao.AmbientOcclusion, got {type(ao).__name__}")
     if tuple(ao.visibility.shape) != g.shape:
         raise ShapeError(
             f"the estimate has shape {tuple(ao.visibility.shape)}, the frame {g.shape}; pass its own frame"
         )
+
+
+def check_frame(g: Any) -> None:
+    """``g`` is a frame.
+
+    Raises:
+        ConfigError: it is something else.
+    """
+    if not isinstance(g, GBuffer):
+        raise ConfigError(f"g must be a gtao.GBuffer, got {type(g).__name__}")

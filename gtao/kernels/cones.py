@@ -11,7 +11,17 @@ from typing import Any
 
 import drjit as dr
 
-__all__ = ["aperture", "energy", "equivalent_cone", "matched_aperture", "rim", "solid_angle", "uniform_aperture"]
+__all__ = [
+    "aperture",
+    "energy",
+    "equivalent_cone",
+    "matched_aperture",
+    "rim",
+    "root",
+    "solid_angle",
+    "tilted_aperture",
+    "uniform_aperture",
+]
 
 #: Newton steps that match apertures to rounding, in single and in double precision.
 STEPS = {dr.VarType.Float32: 5, dr.VarType.Float64: 8}
@@ -21,7 +31,7 @@ def _is_single(x):
     return dr.type_v(x) is dr.VarType.Float32
 
 
-def _root(x):
+def root(x):
     """√x, 0 below 0; its derivative is that of √x but bounded near 0, and 0 below."""
     positive = x > 0
     x = dr.select(positive, x, 0)
@@ -40,7 +50,17 @@ def aperture(A):
 
     Beyond A = 1, where estimates may be, it stays a hemisphere; its derivative is bounded there.
     """
-    return _root(1 - A)
+    return root(1 - A)
+
+
+def tilted_aperture(A, cb):
+    """cos α = √(1 - A / cos β) of the cone that has the cosine-weighted visibility A if it is not cut, A in [0, 1].
+
+    A hemisphere from A = cos β on. The derivatives are bounded where the cone is as wide as that.
+    """
+    A = _within(A, 0, 1)
+    whole = cb > A
+    return root(1 - dr.select(whole, A / dr.select(whole, cb, 1), 1))
 
 
 def uniform_aperture(A):
@@ -57,7 +77,7 @@ def equivalent_cone(A, length):
     some = A > 0
     g = dr.select(some, length / dr.select(some, A, 1), 1)
     k = _within(dr.fma(g, 1.5, -1), 0, 0.5)
-    return 0.5 * (k + _root(k * (k + 4)))
+    return 0.5 * (k + root(k * (k + 4)))
 
 
 def rim(c, cb, sb):

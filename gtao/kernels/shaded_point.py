@@ -6,7 +6,7 @@ from . import horizon
 from .march_types import Pixel, Scalars, Switches
 from .roots import rsqrt
 
-__all__ = ["shaded_point"]
+__all__ = ["edge_on", "shaded_point"]
 
 
 def shaded_point(x, y, z, normal, k: Switches, s: Scalars, Float):
@@ -20,16 +20,16 @@ def shaded_point(x, y, z, normal, k: Switches, s: Scalars, Float):
     else:
         # Made of X and Y alone, V has no derivative by depth that the adjoint would have to find to be zero.
         P, p, V = (X * z, Y * z, -z), z * (a2 * rcp_a), (-X * rcp_a, -Y * rcp_a, rcp_a)
-    n, nV = _bent(normal, V)
+    n, nV = edge_on(normal, V)
     facing = None
     if k.zenith == "optical_axis" and not k.orthographic:
         facing, V = n, axis
-        n, nV = _bent(n, V)
+        n, nV = edge_on(n, V)
     apart = horizon.apart_form(s.ax, s.ay, X, Y, rcp_a * rcp_a, k.orthographic)
     return Pixel(x, y, X, Y, apart, P, p, V, nV), n, facing
 
 
-def _bent(n, V):
+def edge_on(n, V):
     """The unit normal, turned until it is seen edge-on if it faces away from V, and ⟨N, V⟩.
 
     Closed forms need n_V > 0.

@@ -1,0 +1,145 @@
+"""Methods of :func:`gtao.specular_occlusion`: what stands for the visible directions and for the reflected lobe."""
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from gtao.errors import ConfigError
+
+from ._checks import check_choice, check_count, check_number
+from .codec import to_dict
+
+__all__ = ["ConeBRDF", "ConeCone", "ConeLobe", "ConeTable", "Lagarde2014", "VisibilityAsSpecular"]
+
+Aperture = Literal["seed", "tilted", "matched"]
+Intersection = Literal["exact", "oat"]
+Reflection = Literal["power", "drobot", "uludag"]
+Lobe = Literal["ggx", "phong"]
+
+#: Nodes of a quadrature of :class:`ConeBRDF` in each of its two dimensions.
+FEWEST_NODES, MOST_NODES = 4, 64
+
+
+class _Method:
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values that :func:`gtao.method_from_dict` turns back into the same configuration."""
+        return to_dict(self)
+
+
+class _Cone(_Method):
+    aperture: Aperture
+
+    def __post_init__(self) -> None:
+        check_choice("aperture", self.aperture, Aperture)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ConeTable(_Cone):
+    """A cone of visible directions about the bent normal, looked up in a table of what the surface reflects of it.
+
+    Args:
+        table: a :class:`gtao.data.SpecularTable` of any kind of occlusion; None is the shipped "brdf-4d", cone against
+            GGX with two channels, so that every F0 has its own occlusion. Its values may be a Dr.Jit tensor that
+            carries gradients; others are uploaded once and must not change.
+        aperture: of the cone: "seed" as published, cos α = √(1 - A), which takes the bent normal for the normal;
+            "tilted", sin² α = A / ⟨N, B⟩, the cone about the bent normal that has the visibility A if the tangent plane
+            leaves it whole; "matched", the cone that has it whether cut or not, which may be wider than a hemisphere
+            (tables end at one). With uniform weighting the first two are cos α = 1 - A, and "matched" is the cone of
+            which the tangent plane leaves the solid angle 2π A.
+    """
+
+    table: Any = None
+    aperture: Aperture = "tilted"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        # This room does not know the class.
+        kind = getattr(self.table, "kind", None)
+        if self.table is not None and not isinstance(kind, str):
+            raise ConfigError(f"table must be None or a SpecularTable, got {type(self.table).__name__}")
+        if kind == "environment-brdf":
+            raise ConfigError("table holds no occlusion but the environment BRDF; choose another kind")
+
+    def to_dict(self) -> dict[str, Any]:
+        """As of the other methods, except that of a table of one's own it tells what it is, not its values."""
+        if self.table is None:
+            return to_dict(self)
+        names = ("kind", "axes", "size", "n_channels", "source")
+        described = {"type": "SpecularTable"} | {name: getattr(self.table, name) for name in names}
+        return {"type": type(self).__name__, "table": described, "aperture": self.aperture}
+
+
+@dataclass(frozen=True, kw_only=True)
+class ConeCone(_Cone):
+    """The share of a cone about the reflected direction that the visible cone covers (Jimenez et al. 2016).
+
+    Args:
+        intersection: solid angle of what two cones share: "exact", or "oat", the smoothstep of Oat and Sander 2007.
+        reflection: half angle of the reflection cone: "power", cos α_s = u^(α²/2), u = 0.01 as published; "drobot",
+            α_s = 2 α (Drobot 2014); "uludag", cos α_s = 0.244^(1/(p+1)) with p = 2/α² - 2 (Uludag 2014).
+        u: share of the "power" cone, in (0, 1); a number or a Dr.Jit float of width 1, which may carry a gradient.
+        aperture: as of :class:`ConeTable`.
+    """
+
+    intersection: Intersection = "exact"
+    reflection: Reflection = "power"
+    u: Any = 0.01
+    aperture: Aperture = "tilted"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_choice("intersection", self.intersection, Intersection)
+        check_choice("reflection", self.reflection, Reflection)
+        if not 0 < check_number("u", self.u) < 1:
+            raise ConfigError(f"u must lie between 0 and 1, got {self.u!r}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ConeLobe(_Cone):
+    """The share of a lobe about the reflected direction within the cone of visible directions.
+
+    The lobe is that of pre-filtered probes, seen along the normal: theory, "Cone and lobe".
+
+    Args:
+        distribution: "ggx", or "phong" with the exponent p = 2/α² - 2 of the half vector.
+        aperture: as of :class:`ConeTable`.
+    """
+
+    distribution: Lobe = "ggx"
+    aperture: Aperture = "tilted"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_choice("distribution", self.distribution, Lobe)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ConeBRDF(_Cone):
+    """What a GGX surface reflects out of the cone of visible directions, summed up at every pixel.
+
+    What tables approximate, without their error and without a closure: normal, bent normal and reflected direction
+    are all three as they are. Slow.
+
+    Args:
+        aperture: as of :class:`ConeTable`.
+        n_nodes: nodes of the quadrature in each of its two dimensions, 4 to 64.
+    """
+
+    aperture: Aperture = "tilted"
+    n_nodes: int = 16
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_count("n_nodes", self.n_nodes, FEWEST_NODES, MOST_NODES)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lagarde2014(_Method):
+    """An empirical curve of visibility, roughness and viewing angle (Lagarde and de Rousiers 2014); no directions.
+
+    sat((⟨N, V⟩ + A)^(2^(-16 ϱ - 1)) - 1 + A) with perceptual roughness ϱ.
+    """
+
+
+@dataclass(frozen=True, kw_only=True)
+class VisibilityAsSpecular(_Method):
+    """The visibility itself, in [0, 1]: ambient occlusion taken for the specular one; no directions."""

@@ -1,0 +1,207 @@
+"""What glossy surfaces reflect of light from afar, and how much of it occluders take away."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import drjit as dr
+
+from gtao import backend
+from gtao.config import ConeCone, ConeTable, Lagarde2014, VisibilityAsSpecular
+from gtao.data import specular as data
+from gtao.errors import ConfigError
+from gtao.gbuffer import GBuffer
+from gtao.kernels import caps, lobes
+from gtao.planes import Planes
+from gtao.results import AmbientOcclusion
+from gtao.tensors import scalar
+
+from .estimate import check_estimate, check_frame
+from .specular_pixels import Pixels, View, image_or_number, spread
+from .specular_tables import look_up
+
+__all__ = ["environment_brdf", "specular_occlusion", "specular_reflectance"]
+
+
+def specular_occlusion(ao: AmbientOcclusion, g: GBuffer, roughness: Any, f0: Any = 0.04, method: Any = None) -> Any:
+    """Share of what a glossy surface reflects of a white dome that is left in the presence of occluders.
+
+    S = (F0 A_V + B_V) / (F0 A + B): what an unoccluded pre-filtered reflection is to be multiplied by. The surface is
+    GGX with height-correlated Smith shadowing and Schlick's Fresnel term; the methods approximate S in different ways.
+
+    Args:
+        ao: an estimate of the frame, with bent normals unless the method does without. It is evaluated, if it has not
+            been. Where power, floor, ceiling or a fade of small radii shaped its visibility, methods with directions
+            take the one that belongs to these. Visibility is limited to [0, 1].
+        g: the frame. Normals that face away from the viewer are turned until they are seen edge-on (docs/departures).
+        roughness: perceptual roughness in [0, 1], the root of the microfacet width α: a number or (H, W).
+        f0: reflectance at normal incidence in [0, 1]: a number, (3,), (H, W) or (H, W, 3).
+        method: :class:`gtao.ConeTable` (the default), :class:`gtao.ConeCone`, :class:`gtao.Lagarde2014` or
+            :class:`gtao.VisibilityAsSpecular`.
+
+    Returns:
+        (H, W) tensor in [0, 1] in the precision of ``g``, or (H, W, 3) where ``f0`` has three channels; 1 on the
+        background, 0 where nothing is visible. Lazily evaluated in one kernel. Gradients flow to the estimate's
+        visibility and directions, to normals, roughness, F0, a table's values and options that are Dr.Jit floats.
+
+    Raises:
+        ConfigError: ``method`` is no method of specular occlusion, or needs another estimate; ``g`` is no frame or
+            ``ao`` no estimate.
+        ShapeError: the estimate is not of this frame; roughness or F0 have another shape, or lie outside of [0, 1].
+    """
+    reflection = _reflection(ao, g, roughness, method)
+    return _image(g, [reflection.occlusion(f) for f in _reflectances(f0, g)], f0, 1)
+
+
+def specular_reflectance(ao: AmbientOcclusion, g: GBuffer, roughness: Any, f0: Any = 0.04, method: Any = None) -> Any:
+    """What a glossy surface reflects of a white dome in the presence of occluders, F0 A_V + B_V: no division.
+
+    Arguments and errors are those of :func:`specular_occlusion`. Methods that know one occlusion for all F0 multiply
+    F0 A + B by it.
+
+    Returns:
+        (H, W) tensor in [0, 1], or (H, W, 3) where ``f0`` has three channels; 0 on the background.
+    """
+    reflection = _reflection(ao, g, roughness, method)
+    return _image(g, [reflection.reflectance(f) for f in _reflectances(f0, g)], f0, 0)
+
+
+def environment_brdf(g: GBuffer, roughness: Any) -> Any:
+    """Scale A and offset B of F0 in what an open surface reflects of a white dome, F0 A + B (Karis 2013).
+
+    Of GGX with height-correlated Smith shadowing and Schlick's Fresnel term, looked up in the shipped table.
+
+    Args:
+        g: the frame.
+        roughness: perceptual roughness in [0, 1]: a number or (H, W).
+
+    Returns:
+        (H, W, 2) tensor, A and B in [0, 1]; 0 on the background. Gradients flow to normals and roughness.
+
+    Raises:
+        ConfigError: ``g`` is no frame.
+        ShapeError: roughness has another shape, or lies outside of [0, 1].
+    """
+    backend.require()
+    check_frame(g)
+    terms = _environment(View.of(g, roughness), g.types)
+    return Planes(tuple(dr.select(g.mask.array, t, 0) for t in terms), g.shape).tensor()
+
+
+def _reflection(ao: Any, g: Any, roughness: Any, method: Any) -> "_Reflection":
+    backend.require()
+    method = ConeTable() if method is None else method
+    if type(method) not in _METHODS:
+        choices = ", ".join(f"gtao.{kind.__name__}" for kind in _METHODS)
+        raise ConfigError(f"method must be one of {choices}, got {type(method).__name__}")
+    check_estimate(ao, g)
+    _check_needs(method, ao)
+    view = View.of(g, roughness)
+    pixels = Pixels.of(g, ao, view)
+    shares = _METHODS[type(method)](pixels, method, g)
+    if pixels.b is not None:
+        # A cone of no width about the reflected direction of a mirror is the limit of nothing.
+        shares = [dr.select(pixels.A > 0, s, 0) for s in shares]
+    return _Reflection(shares, view, g.types)
+
+
+@dataclass(frozen=True)
+class _Reflection:
+    """What is left of reflections: one share for all, or those of the terms with and without F0."""
+
+    shares: list[Any]
+    view: View
+    types: Any
+
+    def occlusion(self, f0: Any) -> Any:
+        if len(self.shares) == 1:
+            return self.shares[0]
+        A, B = _environment(self.view, self.types)
+        whole = dr.fma(f0, A, B)
+        reflects = whole > 1e-20
+        scaled = dr.select(reflects, f0 * A / dr.select(reflects, whole, 1), 0)
+        S_A, S_B = self.shares
+        return dr.fma(scaled, S_A - S_B, S_B)
+
+    def reflectance(self, f0: Any) -> Any:
+        A, B = _environment(self.view, self.types)
+        S_A, S_B = self.shares * (3 - len(self.shares))
+        return dr.fma(f0 * A, S_A, B * S_B)
+
+
+def _environment(view: View, T: Any) -> list[Any]:
+    return look_up(data.shipped("environment-brdf"), T, None, None, view.alpha, view.theta_o, None)
+
+
+def _reflectances(f0: Any, g: GBuffer) -> list[Any]:
+    """One flat array per channel of F0."""
+    image = (*g.shape, 3)
+    flat = image_or_number(f0, "f0", g, (3,), g.shape, image)
+    shape = _shape(f0)
+    if shape == image:
+        return list(Planes.of(g.types.Tensor(flat, image)).arrays)
+    if shape == (3,):
+        return [spread(dr.gather(g.types.Float, flat, dr.opaque(g.types.UInt, k)), g) for k in range(3)]
+    return [spread(flat, g)]
+
+
+def _shape(value: Any) -> tuple[int, ...]:
+    return tuple(map(int, getattr(value, "shape", ())))
+
+
+def _image(g: GBuffer, channels: list[Any], f0: Any, background: float) -> Any:
+    planes = [dr.select(g.mask.array, c, background) for c in channels]
+    return g.types.Tensor(planes[0], g.shape) if len(planes) == 1 else Planes(tuple(planes), g.shape).tensor()
+
+
+def _check_needs(method: Any, ao: AmbientOcclusion) -> None:
+    """Raise a ConfigError where the estimate does not hold what the method computes from."""
+    if isinstance(method, Lagarde2014 | VisibilityAsSpecular):
+        return
+    name, weighting = type(method).__name__, getattr(ao.config, "weighting", "cosine")
+    if ao.planes("mean_direction") is None:
+        raise ConfigError(
+            f"{name} needs an estimate with bent_normal=True, or directional=True; this one has neither. Without"
+            " directions there are gtao.Lagarde2014 and gtao.VisibilityAsSpecular"
+        )
+    if weighting not in ("cosine", "uniform"):
+        raise ConfigError(
+            f"{name} needs an estimate with cosine or uniform weighting to find an aperture from, not {weighting!r}"
+        )
+
+
+def _cone_table(p: Pixels, method: ConeTable, g: GBuffer):
+    table = data.shipped("brdf-4d") if method.table is None else method.table
+    if not isinstance(table, data.SpecularTable):
+        raise ConfigError(f"table must be None or a gtao SpecularTable, got {type(table).__name__}")
+    # Of three directions a table with one angle has the bent normal for the normal.
+    theta_o = p.beta if table.kind == "brdf-3d" else p.view.theta_o
+    chi = p.chi if table.kind == "brdf-5d" else 0.0
+    return look_up(table, g.types, p.alpha_v(method.aperture), p.beta, p.view.alpha, theta_o, chi)
+
+
+def _cone_cone(p: Pixels, method: ConeCone, g: GBuffer):
+    alpha = p.view.alpha
+    if method.reflection == "power":
+        alpha_s = lobes.power_aperture(alpha, spread(scalar(method.u, g.types.Float), g))
+    else:
+        alpha_s = (lobes.drobot_aperture if method.reflection == "drobot" else lobes.uludag_aperture)(alpha)
+    share = caps.cap_share if method.intersection == "exact" else caps.oat_share
+    return [share(p.alpha_v(method.aperture), alpha_s, p.beta)]
+
+
+def _lagarde(p: Pixels, method: Lagarde2014, g: GBuffer):
+    A, nv = p.diffuse, p.view.nv
+    exponent = dr.exp2(dr.fma(-16, p.view.roughness, -1))
+    S = (nv + A) ** exponent - 1 + A
+    S = dr.select(S > 0, S, 0)
+    return [dr.select(S < 1, S, 1)]
+
+
+#: Shares of every pixel: one, or those of A and B.
+_METHODS: dict[type, Callable[[Pixels, Any, GBuffer], list[Any]]] = {
+    ConeTable: _cone_table,
+    ConeCone: _cone_cone,
+    Lagarde2014: _lagarde,
+    VisibilityAsSpecular: lambda p, method, g: [p.diffuse],
+}

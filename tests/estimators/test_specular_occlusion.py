@@ -1,0 +1,331 @@
+"""``gtao.specular_occlusion`` and its kin on frames: definitions, golden values, limits, shapes, refusals, launches."""
+
+import json
+from dataclasses import replace
+
+import drjit as dr
+import numpy as np
+import pytest
+from oracles import golden
+from oracles import specular_frames as oracle
+from oracles.slice_oracle import unit
+
+import gtao
+from gtao.data.specular import SpecularTable
+from gtao.kernels.table_axes import table_axes
+
+RNG = np.random.default_rng(21)
+
+
+def cone_cone_table(size=(5, 6, 7), channels=1, kind="cone-cone", axes="linear", dtype=np.float32):
+    values = np.random.default_rng(5).uniform(0, 1, (*size[::-1], channels)).astype(dtype)
+    return SpecularTable(kind=kind, axes=axes, values=values)
+
+
+METHODS = {
+    "table": gtao.ConeTable(table=cone_cone_table()),
+    "cones": gtao.ConeCone(),
+    "matched cones": gtao.ConeCone(aperture="matched"),
+    "published cones": gtao.ConeCone(aperture="seed", u=0.05),
+    "smoothstep": gtao.ConeCone(intersection="oat"),
+    "drobot": gtao.ConeCone(reflection="drobot"),
+    "uludag": gtao.ConeCone(reflection="uludag"),
+    "lagarde": gtao.Lagarde2014(),
+    "visibility": gtao.VisibilityAsSpecular(),
+}
+DIRECTIONAL = {name: m for name, m in METHODS.items() if hasattr(m, "aperture")}
+each_method = pytest.mark.parametrize("name", METHODS)
+each_directional = pytest.mark.parametrize("name", DIRECTIONAL)
+CAMERAS = {
+    "perspective": gtao.PerspectiveCamera(8, 5, 1.2),
+    "orthographic": gtao.OrthographicCamera(8, 5, 2.0),
+}
+UNIFORM = gtao.GTAO(weighting="uniform", bent_normal=True)
+
+
+def scene(camera, dtype=np.float64, seed=3, background=(), uniform=False):
+    """(g, ao, values) of points that could be: normals toward the viewer, cones about axes that lean away."""
+    rng, shape = np.random.default_rng(seed), camera.shape
+    v = oracle.view_directions(camera)
+    n = unit(v + 0.8 * unit(rng.standard_normal((*shape, 3))))
+    A = rng.uniform(0.05, 0.95, shape)
+    b = unit(n + 0.5 * rng.standard_normal((*shape, 3)) * np.sqrt(1 - A)[..., None])
+    z = np.full(shape, 2.0)
+    for pixel in background:
+        z[pixel] = np.inf
+    g = gtao.GBuffer(z.astype(dtype), n.astype(dtype), camera)
+    T = g.types.Tensor
+    ao = gtao.AmbientOcclusion(
+        visibility=T(A.astype(dtype)),
+        mean_direction=T((b * (0.8 * A)[..., None]).astype(dtype)),
+        normal_v=g.normal_v,
+        config=UNIFORM if uniform else gtao.GTAO(bent_normal=True),
+    )
+    return g, ao, {"v": v, "n": n, "b": b, "A": A}
+
+
+def occlusion(name, g, ao, roughness=0.5, **options):
+    return gtao.specular_occlusion(ao, g, roughness, method=METHODS.get(name, name), **options).numpy()
+
+
+def angles(values, aperture, uniform=False):
+    """(alpha_v, beta, theta_o) of every pixel."""
+    v, n, b, A = (values[k] for k in "vnbA")
+    alpha_v = np.array(
+        [oracle.aperture(aperture, A[i], n[i], b[i], uniform) for i in np.ndindex(A.shape)], float
+    ).reshape(A.shape)
+    return alpha_v, oracle.angle(b, oracle.mirrored(v, n)), oracle.angle(n, v)
+
+
+@pytest.mark.parametrize("camera", CAMERAS.values(), ids=CAMERAS)
+@pytest.mark.parametrize("uniform", [False, True], ids=["cosine", "uniform"])
+@pytest.mark.parametrize("aperture", ["seed", "tilted", "matched"])
+def test_cones_that_meet(aperture, uniform, camera):
+    """Aperture, reflected direction and the angle to it, against quadrature over the reflection cone."""
+    if uniform and aperture == "matched":
+        pytest.skip("not there yet")
+    g, ao, values = scene(camera, uniform=uniform)
+    roughness = RNG.uniform(0.2, 1, camera.shape)
+    alpha_v, beta, _ = angles(values, aperture, uniform)
+    alpha_s = np.arccos(0.02 ** (roughness**4 / 2))
+    want = [oracle.cone_share(*x) for x in zip(alpha_v.flat, alpha_s.flat, beta.flat, strict=True)]
+    got = occlusion(gtao.ConeCone(aperture=aperture, u=0.02), g, ao, roughness)
+    # The quadrature of the oracle has a kink that starts like a root.
+    assert got.ravel() == pytest.approx(np.array(want), abs=1e-7)
+
+
+def test_golden_lagarde():
+    cases = golden.cases("E.lagarde")
+    nv, A, roughness = (np.array([i[name] for i, _ in cases]) for name in ("NdotV", "AO", "roughness"))
+    want = np.array([o["SO"] for _, o in cases])
+    camera = gtao.OrthographicCamera(len(nv), 1, 1.0)
+    n = np.stack([np.sqrt(1 - nv**2), 0 * nv, nv], axis=-1)[None]
+    g = gtao.GBuffer(np.full((1, len(nv)), 2.0), n, camera)
+    ao = gtao.AmbientOcclusion(visibility=g.types.Tensor(A[None]))
+    got = gtao.specular_occlusion(ao, g, roughness[None], method=gtao.Lagarde2014()).numpy()[0]
+    assert got == pytest.approx(want, abs=golden.FLOAT64_TOLERANCE)
+
+
+@pytest.mark.parametrize("axes", ["linear", "nested"])
+def test_tables_are_looked_up(axes):
+    """The right angles reach the axes, texels of random numbers are interpolated and scaled."""
+    camera = CAMERAS["perspective"]
+    g, ao, values = scene(camera)
+    table = cone_cone_table(axes=axes)
+    roughness = RNG.uniform(0.2, 1, camera.shape)
+    alpha_v, beta, _ = angles(values, "seed")
+    Float = g.types.Float
+    arguments = [Float(x.ravel()) for x in (alpha_v, beta, roughness**2)]
+    unit_cube = np.array([np.array(u) for u in table_axes("cone-cone", axes).to_unit(*arguments)])
+    scale = np.ravel(table_axes("cone-cone", axes).scale(*arguments))
+    want = [oracle.interpolated(table.values, u)[0] for u in unit_cube.T] * scale
+    got = occlusion(gtao.ConeTable(table=table, aperture="seed"), g, ao, roughness)
+    assert got.ravel() == pytest.approx(want, abs=1e-12)
+
+
+@each_method
+@pytest.mark.parametrize("camera", CAMERAS.values(), ids=CAMERAS)
+def test_background_is_open_and_nothing_is_dark(name, camera):
+    background = [(0, 0), (3, 5)]
+    g, ao, _ = scene(camera, background=background)
+    A, B = ao.visibility.numpy().copy(), ao.mean_direction.numpy().copy()
+    A[1, 2], B[1, 2] = 0, 0
+    for pixel in background:
+        A[pixel], B[pixel] = 1, 0
+    T = g.types.Tensor
+    ao = gtao.AmbientOcclusion(visibility=T(A), mean_direction=T(B), normal_v=g.normal_v)
+    for roughness in (0.0, 0.3, 1.0):
+        S = occlusion(name, g, ao, roughness)
+        assert [S[p] for p in background] == [1, 1]
+        assert S[1, 2] == 0
+        assert np.isfinite(S).all()
+        assert S.min() >= 0
+        assert S.max() <= 1
+
+
+@each_method
+@pytest.mark.parametrize("roughness", [0.0, 0.02, 0.5, 1.0])
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_estimates_at_and_beyond_their_ends(name, roughness, dtype):
+    """Visibility below 0 and above 1, no direction, directions below the surface, normals that face away."""
+    camera = gtao.PerspectiveCamera(4, 4, 1.2)
+    A = np.repeat([-0.2, 1.0, 1.3, 0.5], 4).reshape(4, 4)
+    b = np.tile([[0, 0, 0], [0, 0, 1], [0.5, 0, -0.1], [0.2, 0.3, 0.5]], (4, 1, 1))
+    n = np.broadcast_to(unit(np.array([0.3, 0.2, 1])), (4, 4, 3)).copy()
+    n[:, 2] = unit(np.array([0.9, 0, -0.3]))
+    g = gtao.GBuffer(np.full((4, 4), 2, dtype), n.astype(dtype), camera)
+    T = g.types.Tensor
+    ao = gtao.AmbientOcclusion(visibility=T(A.astype(dtype)), mean_direction=T(b.astype(dtype)), normal_v=g.normal_v)
+    S = occlusion(name, g, ao, roughness)
+    assert S.dtype == dtype
+    assert np.isfinite(S).all()
+    assert ((S >= 0) & (S <= 1)).all()
+    assert (S[0] == 0).all()
+    inside = gtao.AmbientOcclusion(visibility=T(np.clip(A, 0, 1).astype(dtype)), mean_direction=ao.mean_direction)
+    assert np.array_equal(S, occlusion(name, g, inside, roughness))
+
+
+@each_method
+def test_single_precision(name):
+    camera = CAMERAS["perspective"]
+    wide, narrow = (occlusion(name, *scene(camera, dtype)[:2]) for dtype in (np.float64, np.float32))
+    assert wide.dtype == np.float64
+    assert narrow.dtype == np.float32
+    # Random texels: an angle's rounding times their steepness.
+    assert narrow == pytest.approx(wide, abs=5e-5)
+
+
+def test_uniform_estimates_know_the_cosine_visibility():
+    """The same horizons: one uniform estimate with bent normals has both visibilities."""
+    y, x = np.mgrid[:18, :24]
+    z = 3 + 0.3 * np.sin(x / 2.5) * np.cos(y / 3) + 0.02 * x
+    z[2, 3] = np.inf
+    g = gtao.GBuffer(z, None, gtao.PerspectiveCamera(24, 18, 1.0))
+    method = gtao.GTAO(radius=1.0, n_slices=4, n_steps=6, bent_normal=True)
+    cosine = gtao.ambient_occlusion(g, method, frame_index=3)
+    uniform = gtao.ambient_occlusion(g, replace(method, weighting="uniform"), frame_index=3)
+    assert cosine.cosine_visibility is cosine.visibility
+    assert uniform.cosine_visibility.numpy() == pytest.approx(cosine.visibility.numpy(), abs=1e-12)
+    assert np.abs(uniform.visibility.numpy() - cosine.visibility.numpy()).max() > 0.05
+    for kind in (gtao.Lagarde2014(), gtao.VisibilityAsSpecular()):
+        pair = [gtao.specular_occlusion(ao, g, 0.1, method=kind).numpy() for ao in (cosine, uniform)]
+        assert pair[0] == pytest.approx(pair[1], abs=1e-12)
+    shaped = gtao.ambient_occlusion(g, replace(method, weighting="uniform", power=2.0), frame_index=3)
+    assert shaped.cosine_visibility.numpy() == pytest.approx(cosine.visibility.numpy(), abs=1e-12)
+    for unknown in (
+        gtao.ambient_occlusion(g, replace(method, weighting="uniform", bent_normal=False)),
+        gtao.ambient_occlusion(g, replace(method, weighting="uniform", bent_normal="average_horizon")),
+    ):
+        assert unknown.cosine_visibility is None
+
+
+@each_directional
+def test_shaped_estimates_have_the_cone_of_their_directions(name):
+    g, ao, _ = scene(CAMERAS["perspective"])
+    shaped = gtao.AmbientOcclusion(
+        visibility=ao.visibility * 0.3, mean_direction=ao.mean_direction, normal_v=g.normal_v, unshaped=ao.visibility
+    )
+    assert np.array_equal(occlusion(name, g, shaped), occlusion(name, g, ao))
+
+
+class TestShapes:
+    g, ao, _ = scene(CAMERAS["perspective"], background=[(1, 1)])
+
+    @each_method
+    def test_reflectances_have_the_channels_of_f0(self, name):
+        H, W = self.g.shape
+        image = RNG.uniform(0, 1, (H, W, 3))
+        for f0, shape in ((0.04, (H, W)), (image[..., 0], (H, W)), (image[0, 0], (H, W, 3)), (image, (H, W, 3))):
+            assert occlusion(name, self.g, self.ao, f0=f0).shape == shape
+
+    @each_method
+    def test_a_number_is_an_image_of_it(self, name):
+        number, image = (occlusion(name, self.g, self.ao, r) for r in (0.4, np.full(self.g.shape, 0.4)))
+        assert number == pytest.approx(image, abs=1e-12)
+
+
+class TestRefusals:
+    g, ao, _ = scene(CAMERAS["perspective"])
+
+    def check(self, error, match, *, ao=None, g=None, roughness=0.5, **options):
+        with pytest.raises(error, match=match):
+            gtao.specular_occlusion(self.ao if ao is None else ao, self.g if g is None else g, roughness, **options)
+
+    def test_estimates_without_directions(self):
+        plain = gtao.AmbientOcclusion(visibility=self.ao.visibility)
+        for name in DIRECTIONAL:
+            self.check(gtao.ConfigError, "bent_normal=True.*Lagarde2014", ao=plain, method=METHODS[name])
+        for name in METHODS.keys() - DIRECTIONAL.keys():
+            assert np.isfinite(occlusion(name, self.g, plain)).all()
+
+    def test_weightings_without_an_aperture(self):
+        bitmask = gtao.VisibilityBitmask(weighting="angle", thickness=None)
+        angle = gtao.AmbientOcclusion(
+            visibility=self.ao.visibility, mean_direction=self.ao.mean_direction, config=bitmask
+        )
+        assert angle.cosine_visibility is None
+        for name in DIRECTIONAL:
+            self.check(gtao.ConfigError, "not 'angle'", ao=angle, method=METHODS[name])
+
+    @pytest.mark.parametrize("value", [-0.1, 1.01, np.nan, np.full((5, 8), 2.0)])
+    def test_numbers_outside_of_the_unit_interval(self, value):
+        self.check(gtao.ShapeError, r"roughness must be in \[0, 1\]", roughness=value, method=gtao.Lagarde2014())
+        self.check(gtao.ShapeError, r"f0 must be in \[0, 1\]", f0=value, method=gtao.Lagarde2014())
+
+    @pytest.mark.parametrize("value", [np.ones((8, 5)), np.ones(4), "rough", None, True])
+    def test_other_shapes(self, value):
+        self.check(gtao.ShapeError, "roughness must be a number", roughness=value, method=gtao.Lagarde2014())
+        self.check(gtao.ShapeError, "f0 must be a number", f0=value, method=gtao.Lagarde2014())
+
+    def test_things_of_the_wrong_kind(self):
+        self.check(gtao.ConfigError, "method must be one of gtao.ConeTable", method=gtao.GTAO())
+        self.check(gtao.ConfigError, "ao must be", ao=self.ao.visibility)
+        self.check(gtao.ConfigError, "g must be", g=self.ao)
+        other = scene(gtao.PerspectiveCamera(4, 4, 1.0))[0]
+        self.check(gtao.ShapeError, "pass its own frame", g=other)
+        with pytest.raises(gtao.ConfigError, match="g must be"):
+            gtao.environment_brdf(self.ao, 0.5)
+
+    def test_options_that_there_are_not(self):
+        with pytest.raises(gtao.ConfigError, match="aperture must be one of 'seed', 'tilted', 'matched'"):
+            gtao.ConeCone(aperture="wide")
+        with pytest.raises(gtao.ConfigError, match="u must lie between"):
+            gtao.ConeCone(u=1.0)
+        with pytest.raises(gtao.ConfigError, match="intersection"):
+            gtao.ConeCone(intersection="lens")
+        with pytest.raises(gtao.ConfigError, match="reflection"):
+            gtao.ConeCone(reflection="mirror")
+        with pytest.raises(gtao.ConfigError, match="table must be None"):
+            gtao.ConeTable(table=np.ones((3, 3, 3, 1)))
+        with pytest.raises(gtao.ConfigError, match="no occlusion"):
+            gtao.ConeTable(table=cone_cone_table((4, 4), 2, "environment-brdf"))
+
+    def test_tables_with_unknown_axes(self):
+        method = gtao.ConeTable(table=cone_cone_table(axes="diagonal"))
+        self.check(gtao.ConfigError, "axes 'diagonal' of a table 'cone-cone' are not known", method=method)
+
+
+@pytest.mark.parametrize("method", [m for m in METHODS.values() if getattr(m, "table", None) is None])
+def test_plain_values_and_back(method):
+    assert gtao.method_from_dict(json.loads(json.dumps(method.to_dict()))) == method
+
+
+def test_of_a_table_plain_values_tell_what_it_is():
+    described = METHODS["table"].to_dict()
+    assert json.loads(json.dumps(described))["table"]["kind"] == "cone-cone"
+    with pytest.raises(gtao.ConfigError, match="SpecularTable"):
+        gtao.method_from_dict(described)
+
+
+def kernels(work):
+    with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
+        dr.kernel_history_clear()
+        work()
+        dr.sync_thread()
+        return [k for k in dr.kernel_history() if k["type"] is dr.KernelType.JIT and k["size"] >= 1000]
+
+
+@each_method
+def test_one_kernel_over_the_image(name):
+    g, ao, _ = scene(gtao.PerspectiveCamera(50, 40, 1.2), np.float32)
+    dr.eval(ao.planes("mean_direction").arrays, g.normal_v)
+    METHODS[name] and occlusion(name, g, ao)
+    assert len(kernels(lambda: dr.eval(gtao.specular_occlusion(ao, g, 0.5, method=METHODS[name])))) == 1
+    # Another roughness is another number for the same kernel.
+    again = kernels(lambda: dr.eval(gtao.specular_occlusion(ao, g, 0.6, method=METHODS[name])))
+    assert [k["cache_hit"] for k in again] == [True]
+
+
+@each_method
+def test_two_runs_are_the_same_bits(name):
+    g, ao, _ = scene(gtao.PerspectiveCamera(50, 40, 1.2), np.float32)
+    assert np.array_equal(occlusion(name, g, ao), occlusion(name, g, ao))
+
+
+def test_a_table_is_uploaded_once():
+    g, ao, _ = scene(CAMERAS["perspective"])
+    table = cone_cone_table()
+    method = gtao.ConeTable(table=table)
+    first = occlusion(method, g, ao)
+    table.values[:] = 0
+    assert np.array_equal(occlusion(method, g, ao), first)
