@@ -14,12 +14,15 @@ from .irradiance import Irradiance, irradiance
 from .layers import layers, thickness
 from .loading import load_scene
 from .sensor import camera_from_sensor
+from .specular import Estimate, Specular, specular
 from .transport import Transport, transport
 from .truth import Visibility, visibility
 
 __all__ = [
     "DirectionalVisibility",
+    "Estimate",
     "Irradiance",
+    "Specular",
     "Transport",
     "Visibility",
     "camera_from_sensor",
@@ -33,6 +36,7 @@ __all__ = [
     "layers",
     "load_scene",
     "scenes",
+    "specular",
     "thickness",
     "transport",
     "view_to_world",

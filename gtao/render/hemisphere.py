@@ -1,6 +1,7 @@
 """Integrals over the hemisphere above every pixel's surface, by rays in independent batches."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import drjit as dr
@@ -14,7 +15,18 @@ from .primary import PrimaryHits
 from .sampling import batch_key, point, stream_key
 from .walk import Origins, cosine_direction, spawn, uniform_direction
 
-__all__ = ["DIRECTIONS", "bent", "check_rays", "image", "mean_over_batches", "normals_v", "open_sums"]
+__all__ = [
+    "DIRECTIONS",
+    "Drawn",
+    "RayKind",
+    "bent",
+    "check_rays",
+    "image",
+    "mean_over_batches",
+    "normals_v",
+    "open_sums",
+    "ray_sums",
+]
 
 #: How directions are drawn for each weighting of the hemisphere.
 DIRECTIONS = {"cosine": cosine_direction, "uniform": uniform_direction}
@@ -64,8 +76,39 @@ def open_sums(
 ) -> np.ndarray:
     """Sums of ``values(direction, normal)`` over the rays that nothing blocks, one row per component: (k, N) float64.
 
-    A sample is one ray for each of ``draws(normal, point)``, the k-th from the k-th pattern of points of the key. Rays
-    below the geometric surface are blocked by it.
+    A sample is one ray for each of ``draws(normal, point)``, the k-th from the k-th pattern of points of the key.
+    """
+
+    def kind(pattern: int, draw: Callable[[Any, Any], Any]) -> RayKind:
+        def drawn(part: Origins, points: Callable[[int], Any]) -> Drawn:
+            direction = draw(part.normal, points(pattern))
+            return Drawn(direction, values(direction, part.normal))
+
+        return drawn
+
+    kinds = [kind(pattern, draw) for pattern, draw in enumerate(draws)]
+    return ray_sums(scene, start, key, n_samples, max_distance, kinds)
+
+
+@dataclass
+class Drawn:
+    """A direction in the world, what it adds to the sums if nothing blocks it, and what it adds even so."""
+
+    direction: Any
+    if_open: tuple
+    always: tuple = ()
+
+
+#: ``kind(origins, points)`` draws a ray for each origin; ``points(k)`` are theirs of the k-th pattern of points.
+RayKind = Callable[[Origins, Callable[[int], Any]], Drawn]
+
+
+def ray_sums(
+    scene: Any, start: Origins, key: int, n_samples: int, max_distance: float, kinds: Sequence[RayKind]
+) -> np.ndarray:
+    """Sums over ``n_samples`` rays of each kind, one row per component, ``if_open`` before ``always``: (k, N) float64.
+
+    Every kind has the same components. Rays below the geometric surface are blocked by it.
     """
     stream = stream_key(dr.opaque(mi.UInt32, key), start.pixel)
     limit = dr.opaque(mi.UInt32, n_samples)
@@ -75,18 +118,20 @@ def open_sums(
         return index < limit
 
     def body(index: Any, sums: Any) -> tuple:
-        for pattern, draw in enumerate(draws):
-            direction = draw(start.normal, point(stream, mi.UInt32(pattern), index))
-            ray = spawn(start.position, start.n_geo, direction)
+        for kind in kinds:
+            drawn = kind(start, lambda pattern: point(stream, mi.UInt32(pattern), index))
+            ray = spawn(start.position, start.n_geo, drawn.direction)
             ray.maxt = reach
-            above = dr.dot(direction, start.n_geo) > 0
+            above = dr.dot(drawn.direction, start.n_geo) > 0
             visible = above & ~scene.ray_test(ray, coherent=False, active=above)
-            terms = values(direction, start.normal)
-            sums = [total + dr.select(visible, term, 0) for total, term in zip(sums, terms, strict=True)]
+            terms = (*(dr.select(visible, term, 0) for term in drawn.if_open), *drawn.always)
+            sums = [total + term for total, term in zip(sums, terms, strict=True)]
         return index + 1, sums
 
     n = len(start)
-    zeros = [dr.zeros(type(term), n) for term in values(mi.Vector3f(start.normal), start.normal)]
+    # Drawn once outside of the loop, for the number of components and their types.
+    sample = kinds[0](start, lambda _: mi.Point2f(0.5))
+    zeros = [dr.zeros(type(term), n) for term in (*sample.if_open, *sample.always)]
     _, sums = dr.while_loop((dr.zeros(mi.UInt32, n), zeros), more, body, labels=("index", "sums"))
     dr.eval(sums)
     dr.sync_thread()

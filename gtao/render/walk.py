@@ -1,7 +1,7 @@
 """Where the paths of a pixel begin, and their directions, as all estimators of the ground truth use them."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import drjit as dr
 import mitsuba as mi
@@ -31,9 +31,9 @@ class Origins:
     def __len__(self) -> int:
         return dr.width(self.pixel)
 
-    def part(self, start: int, stop: int) -> "Origins":
+    def part(self, start: int, stop: int) -> Self:
         lane = dr.arange(mi.UInt32, stop - start) + dr.opaque(mi.UInt32, start)
-        return Origins(*(dr.gather(type(v), v, lane) for v in vars(self).values()))
+        return type(self)(*(dr.gather(type(v), v, lane) for v in vars(self).values()))
 
 
 def origins(hits: PrimaryHits, g: Any = None) -> Origins:
