@@ -17,10 +17,10 @@ from gtao.results import AmbientOcclusion
 from gtao.tensors import scalar
 
 from .estimate import check_estimate, check_frame
-from .specular_pixels import Pixels, View, image_or_number, spread
+from .specular_pixels import Pixels, View, shares, spread
 from .specular_tables import look_up
 
-__all__ = ["environment_brdf", "specular_occlusion", "specular_reflectance"]
+__all__ = ["environment_brdf", "environment_terms", "specular_occlusion", "specular_reflectance"]
 
 
 def specular_occlusion(ao: AmbientOcclusion, g: GBuffer, roughness: Any, f0: Any = 0.04, method: Any = None) -> Any:
@@ -50,7 +50,7 @@ def specular_occlusion(ao: AmbientOcclusion, g: GBuffer, roughness: Any, f0: Any
         ShapeError: the estimate is not of this frame; roughness or F0 have another shape, or lie outside of [0, 1].
     """
     reflection = _reflection(ao, g, roughness, method)
-    return _image(g, [reflection.occlusion(f) for f in _reflectances(f0, g)], f0, 1)
+    return _image(g, [reflection.occlusion(f) for f in shares(f0, "f0", g)], f0, 1)
 
 
 def specular_reflectance(ao: AmbientOcclusion, g: GBuffer, roughness: Any, f0: Any = 0.04, method: Any = None) -> Any:
@@ -63,7 +63,7 @@ def specular_reflectance(ao: AmbientOcclusion, g: GBuffer, roughness: Any, f0: A
         (H, W) tensor in [0, 1], or (H, W, 3) where ``f0`` has three channels; 0 on the background.
     """
     reflection = _reflection(ao, g, roughness, method)
-    return _image(g, [reflection.reflectance(f) for f in _reflectances(f0, g)], f0, 0)
+    return _image(g, [reflection.reflectance(f) for f in shares(f0, "f0", g)], f0, 0)
 
 
 def environment_brdf(g: GBuffer, roughness: Any) -> Any:
@@ -84,7 +84,7 @@ def environment_brdf(g: GBuffer, roughness: Any) -> Any:
     """
     backend.require()
     check_frame(g)
-    terms = _environment(View.of(g, roughness), g.types)
+    terms = environment_terms(View.of(g, roughness), g.types)
     return Planes(tuple(dr.select(g.mask.array, t, 0) for t in terms), g.shape).tensor()
 
 
@@ -116,7 +116,7 @@ class _Reflection:
     def occlusion(self, f0: Any) -> Any:
         if len(self.shares) == 1:
             return self.shares[0]
-        A, B = _environment(self.view, self.types)
+        A, B = environment_terms(self.view, self.types)
         whole = dr.fma(f0, A, B)
         reflects = whole > 1e-20
         scaled = dr.select(reflects, f0 * A / dr.select(reflects, whole, 1), 0)
@@ -124,29 +124,14 @@ class _Reflection:
         return dr.fma(scaled, S_A - S_B, S_B)
 
     def reflectance(self, f0: Any) -> Any:
-        A, B = _environment(self.view, self.types)
+        A, B = environment_terms(self.view, self.types)
         S_A, S_B = self.shares * (3 - len(self.shares))
         return dr.fma(f0 * A, S_A, B * S_B)
 
 
-def _environment(view: View, T: Any) -> list[Any]:
+def environment_terms(view: View, T: Any) -> list[Any]:
+    """A and B of every pixel, flat."""
     return look_up(data.shipped("environment-brdf"), T, None, None, view.alpha, view.theta_o, None)
-
-
-def _reflectances(f0: Any, g: GBuffer) -> list[Any]:
-    """One flat array per channel of F0."""
-    image = (*g.shape, 3)
-    flat = image_or_number(f0, "f0", g, (3,), g.shape, image)
-    shape = _shape(f0)
-    if shape == image:
-        return list(Planes.of(g.types.Tensor(flat, image)).arrays)
-    if shape == (3,):
-        return [spread(dr.gather(g.types.Float, flat, dr.opaque(g.types.UInt, k)), g) for k in range(3)]
-    return [spread(flat, g)]
-
-
-def _shape(value: Any) -> tuple[int, ...]:
-    return tuple(map(int, getattr(value, "shape", ())))
 
 
 def _image(g: GBuffer, channels: list[Any], f0: Any, background: float) -> Any:

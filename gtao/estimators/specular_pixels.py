@@ -16,7 +16,7 @@ from gtao.results import AmbientOcclusion
 from gtao.surface import view_directions
 from gtao.tensors import scalar, to_tensor
 
-__all__ = ["Pixels", "View", "image_or_number", "spread"]
+__all__ = ["Pixels", "View", "image_or_number", "shares", "spread"]
 
 
 @dataclass(frozen=True)
@@ -145,6 +145,22 @@ def image_or_number(value: Any, name: str, g: GBuffer, *shapes: tuple[int, ...])
         if dr.any(wrong):
             raise ShapeError(f"{name} must be in [0, 1]: {dr.count(wrong)[0]} value(s) are not")
     return flat
+
+
+def shares(value: Any, name: str, g: GBuffer) -> list[Any]:
+    """One flat array, or three where there are channels, of a number, (3,), (H, W) or (H, W, 3) in [0, 1].
+
+    Raises:
+        ShapeError: it is something else, or a value lies outside of [0, 1].
+    """
+    image = (*g.shape, 3)
+    flat = image_or_number(value, name, g, (3,), g.shape, image)
+    shape = tuple(map(int, getattr(value, "shape", ())))
+    if shape == image:
+        return list(Planes.of(g.types.Tensor(flat, image)).arrays)
+    if shape == (3,):
+        return [spread(dr.gather(g.types.Float, flat, dr.opaque(g.types.UInt, k)), g) for k in range(3)]
+    return [spread(flat, g)]
 
 
 def spread(number: Any, g: GBuffer) -> Any:
