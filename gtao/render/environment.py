@@ -14,7 +14,7 @@ from .loading import select_sensor
 from .sensor import ORTHOGONALITY, camera_from_sensor
 from .variant import ensure_variant
 
-__all__ = ["environment", "environment_emitter", "light_of", "view_to_world"]
+__all__ = ["environment", "environment_emitter", "light_density", "light_of", "view_to_world"]
 
 
 def view_to_world(scene: Any, sensor: Any = 0) -> np.ndarray:
@@ -85,6 +85,13 @@ def radiance(emitter: Any, direction: Any) -> Any:
     si = dr.zeros(mi.SurfaceInteraction3f, dr.width(direction))
     si.wi = -direction
     return mi.Color3f(emitter.eval(si))
+
+
+def light_density(emitter: Any, direction: Any) -> Any:
+    """Density per solid angle with which the emitter's own sampling draws unit directions; NaN of a black map."""
+    sampled = dr.zeros(mi.DirectionSample3f)
+    sampled.d = direction
+    return emitter.pdf_direction(dr.zeros(mi.Interaction3f), sampled)
 
 
 def environment(scene: Any, height: int = 256, *, samples: int = 8) -> EnvironmentMap:

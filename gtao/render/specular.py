@@ -2,26 +2,23 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from gtao.errors import ShapeError
-from gtao.kernels.shaded_point import edge_on
 from gtao.lighting import EnvironmentMap
 
 from .chunks import Progress
-from .environment import light_of, radiance
+from .environment import light_density, light_of, radiance
 from .hemisphere import Drawn, RayKind, check_rays, image, mean_over_batches, ray_sums
 from .loading import select_sensor
-from .primary import PrimaryHits, check_normals, shoot
+from .primary import check_normals, shoot
 from .sampling import check_sampling
-from .sensor import pixel_centre_rays
 from .specular_hemisphere import hemisphere_terms
 from .specular_lobe import Lobe
+from .specular_origins import Seen, roughness_image, seen
 from .specular_result import Estimate, Pair, Specular, Terms
 from .variant import ensure_variant
 from .walk import Origins, origins
@@ -81,7 +78,7 @@ def specular(
     check_rays(max_distance)
     light = None if environment is None else light_of(scene, environment)
     hits = shoot(scene, select_sensor(scene, sensor), normals)
-    start = _seen(hits, origins(hits, g), _roughness(roughness, hits.camera.shape))
+    start = seen(hits, origins(hits, g), roughness_image(roughness, hits.camera.shape))
     kinds = [_by_lobe(light)] if light is None else [_by_lobe(light), _by_light(light)]
 
     def estimate(part: Origins, key: int, n_samples: int) -> np.ndarray:
@@ -113,31 +110,6 @@ def specular(
     )
 
 
-@dataclass
-class Seen(Origins):
-    """Start points with what their reflection depends on.
-
-    Attributes:
-        wo: unit vector to the viewer, in the frame of the normal.
-        alpha: microfacet width.
-    """
-
-    wo: Any
-    alpha: Any
-
-
-def _seen(hits: PrimaryHits, start: Origins, roughness: np.ndarray) -> Seen:
-    pixels = math.prod(hits.camera.shape)
-    towards = -pixel_centre_rays(hits.sensor).d + dr.zeros(mi.Vector3f, pixels)
-    view = dr.gather(mi.Vector3f, towards, start.pixel)
-    normal = mi.Normal3f(*edge_on(tuple(start.normal), tuple(view))[0])
-    width = dr.square(mi.Float(np.ascontiguousarray(np.broadcast_to(roughness, hits.camera.shape).ravel())))
-    wo = mi.Frame3f(normal).to_local(view)
-    seen = Seen(start.pixel, start.position, start.n_geo, normal, wo, dr.gather(mi.Float, width, start.pixel))
-    dr.eval(vars(seen))
-    return seen
-
-
 def _by_lobe(light: Any) -> RayKind:
     """Rays that the visible normals reflect; with a light, radiance is weighed against that of :func:`_by_light`."""
 
@@ -149,7 +121,7 @@ def _by_lobe(light: Any) -> RayKind:
         if light is None:
             return Drawn(direction, weights)
         density = lobe.density(wi)
-        share = density / (density + _light_density(light, direction))
+        share = density / (density + light_density(light, direction))
         terms = _times(weights, share * radiance(light, direction))
         return Drawn(direction, (*weights, *terms), terms)
 
@@ -163,7 +135,7 @@ def _by_light(light: Any) -> RayKind:
         direction = light.sample_direction(dr.zeros(mi.Interaction3f), points(1))[0].d
         lobe, wi = Lobe(start.wo, start.alpha), mi.Frame3f(start.normal).to_local(direction)
         density = lobe.density(wi)
-        total = density + _light_density(light, direction)
+        total = density + light_density(light, direction)
         # Nothing can be drawn from a black map: its density is NaN.
         share = dr.select(total > 0, density / total, 0)
         terms = _times(lobe.weights(wi), share * radiance(light, direction))
@@ -171,12 +143,6 @@ def _by_light(light: Any) -> RayKind:
         return Drawn(direction, (zero, zero, *terms), terms)
 
     return drawn
-
-
-def _light_density(light: Any, direction: Any) -> Any:
-    sampled = dr.zeros(mi.DirectionSample3f)
-    sampled.d = direction
-    return light.pdf_direction(dr.zeros(mi.Interaction3f), sampled)
 
 
 def _times(weights: tuple[Any, Any], colour: Any) -> tuple:
@@ -189,14 +155,3 @@ def _pair(rows: list[tuple[np.ndarray, np.ndarray]], start: Origins, shape: tupl
     mean = np.stack([image(m[:2], start, shape) for m, _ in rows], 2)
     spread = np.stack([image(np.stack([v[0], v[1], (v[2] - v[0] - v[1]) / 2]), start, shape) for _, v in rows], 2)
     return Pair(mean.reshape(*shape, *channels, 2), spread.reshape(*shape, *channels, 3))
-
-
-def _roughness(value: Any, shape: tuple[int, int]) -> np.ndarray:
-    values = np.asarray(value.numpy() if hasattr(value, "numpy") else value)
-    if values.dtype.kind not in "fiu" or values.shape not in ((), (1,), shape):
-        raise ShapeError(
-            f"roughness must be a number or an image of shape {shape}, got shape {values.shape} of {values.dtype}"
-        )
-    if not np.all((values >= 0) & (values <= 1)):
-        raise ShapeError("roughness must be in [0, 1]")
-    return values.astype(np.float32)
