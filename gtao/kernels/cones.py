@@ -16,6 +16,7 @@ __all__ = [
     "energy",
     "equivalent_cone",
     "matched_aperture",
+    "matched_uniform_aperture",
     "rim",
     "root",
     "solid_angle",
@@ -164,3 +165,51 @@ def _cut_cosine(A, cb, sb):
         inside = usable & (next_k >= low) & (next_k <= high)
         k = dr.select(inside, next_k, 0.5 * (low + high))
     return k
+
+
+def matched_uniform_aperture(A, cb, sb) -> Any:
+    """cos α of the cone of which the tangent plane leaves the solid angle 2π A, in [-sin β, 1].
+
+    1 - A where it leaves the cone whole, that is up to A = 1 - sin β; else the root of :func:`solid_angle`, by Newton
+    steps on the power ⅔ of what is missing to 2π, which is nearly straight in cos α. A is limited to [0, 1]. The
+    derivative is that of the implicit function, bounded where the plane leaves little of the rim.
+    """
+    attached = any(map(dr.grad_enabled, (A, cb, sb)))
+    with dr.suspend_grad():
+        A0 = _within(A, 0, 1)
+        whole = 1 - sb >= A0
+        c = dr.select(whole, 1 - A0, sb * _cut_uniform_cosine(A0, cb, sb))
+        if not attached:
+            return c
+        t, _, r = rim(c, cb, sb)
+        # Of the share of the hemisphere.
+        least = 1e-3 if _is_single(c) else 1e-6
+        by_c = (-1 / math.pi) * dr.select(t > least, t, least)
+        by_beta = (-1 / math.pi) * (r / dr.select(sb > 0, sb, 1))
+        still = cb * 1, sb * 1
+    A = dr.select((A >= 0) & (A <= 1), A, A0)
+    return dr.replace_grad(c, (A - by_beta * (still[0] * sb - still[1] * cb)) / by_c)
+
+
+def _cut_uniform_cosine(A, cb, sb):
+    """cos α / sin β of the cut cone that leaves the share A of the hemisphere, for A >= 1 - sin β."""
+    missing = math.pi * (1 - A)
+    ratio = (1 - A) / dr.select(sb > 0, sb, 1)
+    k = dr.fma(2, _two_thirds(dr.select(ratio < 1, ratio, 1)), -1)
+    low, high = type(A)(-1), type(A)(1)
+    for _ in range(STEPS[dr.type_v(A)]):
+        s = dr.sqrt(dr.fma(-k, k, 1))
+        t = dr.atan2(s, -k * cb)
+        found = dr.fma(sb * k, t, dr.atan2(sb * s, cb))
+        low, high = dr.select(found < missing, k, low), dr.select(found < missing, high, k)
+        usable = (found > 0) & (t > 0)
+        step = 1.5 * found / dr.select(usable, sb * t, 1)
+        next_k = dr.fma(step, _two_thirds(missing / dr.select(usable, found, 1)) - 1, k)
+        inside = usable & (next_k >= low) & (next_k <= high)
+        k = dr.select(inside, next_k, 0.5 * (low + high))
+    return k
+
+
+def _two_thirds(x):
+    root = dr.cbrt(x)
+    return root * root

@@ -82,8 +82,6 @@ def angles(values, aperture, uniform=False):
 @pytest.mark.parametrize("aperture", ["seed", "tilted", "matched"])
 def test_cones_that_meet(aperture, uniform, camera):
     """Aperture, reflected direction and the angle to it, against quadrature over the reflection cone."""
-    if uniform and aperture == "matched":
-        pytest.skip("not there yet")
     g, ao, values = scene(camera, uniform=uniform)
     roughness = RNG.uniform(0.2, 1, camera.shape)
     alpha_v, beta, _ = angles(values, aperture, uniform)
