@@ -78,7 +78,9 @@ def cap_share(alpha_v, alpha_s, beta):
         least = LEAST[_is_single(lens.share)]
         wide = dr.select(s > least, s, least)
         scale = 1 / (2 * math.pi * s * wide)
-        by_v, by_beta = scale * lens.t1 * dr.sin(alpha_v), -scale * lens.k
+        # What is inside a cap is no longer than its rim, which rounding forgets where a cone ends in a point.
+        arc, most = lens.t1 * dr.sin(alpha_v), 2 * math.pi * s
+        by_v, by_beta = scale * _lesser(dr.select(arc > 0, arc, 0), most), -scale * _lesser(lens.k, 2 * s)
         by_s = (c / wide) * dr.fma(lens.t2, 1 / math.pi, -lens.share)
     return dr.replace_grad(lens.share, by_v * alpha_v + by_s * alpha_s + by_beta * beta)
 

@@ -11,7 +11,20 @@ _LOADED = re.compile(r"golden\.cases\(\s*\"([\w.]+)\"")
 
 TEXTS = {path: path.read_text(encoding="utf-8") for path in sorted(TESTS.rglob("test_*.py"))}
 #: What begins so belongs to a kernel, which must meet it in both precisions.
-KERNELS = ("A", "B", "C.alpha_match", "C.clipped_cone", "C.sh_basis", "C.zh", "D", "F")
+KERNELS = (
+    "A",
+    "B",
+    "C.alpha_match",
+    "C.clipped_cone",
+    "C.sh_basis",
+    "C.zh",
+    "D",
+    "E.aperture",
+    "E.caps",
+    "E.cone_lobe",
+    "E.full_brdf",
+    "F",
+)
 
 
 def loaders(prefix):
