@@ -1,4 +1,4 @@
-"""Tables between their texels: against a loop over all texels, at the ends, and derivatives by coordinates and values."""
+"""Tables between their texels: against a loop over all texels, at the ends, and their derivatives."""
 
 import itertools
 
