@@ -57,6 +57,13 @@ from .records import read_record as read_record
 from .records import without_timestamps as without_timestamps
 from .records import write_record as write_record
 from .shaders import shader_code as shader_code
+from .table_texels import TABLE_ENCODINGS as TABLE_ENCODINGS
+from .table_texels import TableEncoding as TableEncoding
+from .table_texels import decode_texels as decode_texels
+from .table_texels import encode_texels as encode_texels
+from .tables import read_table as read_table
+from .tables import table_manifest as table_manifest
+from .tables import write_table as write_table
 from .transport import StoredTransport as StoredTransport
 from .transport import read_transport as read_transport
 from .transport import write_transport as write_transport

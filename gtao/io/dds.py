@@ -21,7 +21,7 @@ _HEADER_SIZE, _PIXEL_FORMAT_SIZE = 124, 32
 _CAPS, _HEIGHT, _WIDTH, _PITCH = 0x1, 0x2, 0x4, 0x8
 _PIXEL_FORMAT, _MIPMAPS, _LINEAR_SIZE, _DEPTH = 0x1000, 0x20000, 0x80000, 0x800000
 _FOUR_CC, _DX10 = 0x4, int.from_bytes(b"DX10", "little")
-_TEXTURE, _VOLUME = 0x1000, 0x200000
+_TEXTURE, _COMPLEX, _VOLUME = 0x1000, 0x8, 0x200000
 _TEXTURE_2D, _TEXTURE_3D = 3, 4
 #: What Direct3D 11 and 12 allow, along a side of a plane and of a volume.
 _LARGEST_2D, _LARGEST_3D = 16384, 2048
@@ -83,7 +83,8 @@ def _header(f: DdsFormat, width: int, height: int, depth: int | None, row: int) 
     pitch = row * (height // 4) if f.block == 4 else row
     sizes = (flags, height, width, pitch, depth or 0, 1)
     pixels = (_PIXEL_FORMAT_SIZE, _FOUR_CC, _DX10, 0, 0, 0, 0, 0)
-    caps = (_TEXTURE, _VOLUME if volume else 0, 0, 0, 0)
+    # Some readers take a volume only if it is called complex, which the format asks of those with mipmaps.
+    caps = (_TEXTURE | _COMPLEX, _VOLUME, 0, 0, 0) if volume else (_TEXTURE, 0, 0, 0, 0)
     tail = (f.number, _TEXTURE_3D if volume else _TEXTURE_2D, 0, 1, 0)
     return _HEADER.pack(_MAGIC, _HEADER_SIZE, *sizes, *pixels, *caps, *tail)
 
