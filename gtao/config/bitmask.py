@@ -47,6 +47,10 @@ class VisibilityBitmask(SliceMethod):
             blocks what lies between them; samples stand alone in the original. None links them with
             :class:`gtao.MeasuredThickness` only, whose sheets block nothing otherwise.
         falloff: :class:`gtao.SampleCut` or :class:`gtao.NoCut` in place of the exact cut at the radius.
+        bent_normal: also give the mean unoccluded direction of every pixel, that of the open sectors (theory, eq.
+            (147)). Weightings "cosine" and "uniform" only, and not with ``zenith="optical_axis"``.
+        directional: also give the visibility of every pixel in spherical harmonics of bands 0 to 2, exact for the open
+            sectors, and the bent normal with it. As for ``bent_normal``.
         power, floor, ceiling: as for :class:`gtao.GTAO`.
     """
 
@@ -58,6 +62,8 @@ class VisibilityBitmask(SliceMethod):
     linked: bool | None = None
     arccosine: Arccosine = "exact"
     falloff: SampleCut | NoCut | None = None
+    bent_normal: bool = False
+    directional: bool = False
     power: float = 1.0
     floor: float = 0.0
     ceiling: float = math.inf
@@ -83,6 +89,23 @@ class VisibilityBitmask(SliceMethod):
                 "zenith='optical_axis' needs a falloff: the exact cut at a radius needs slices about the view vector;"
                 " give falloff=NoCut() or SampleCut"
             )
+        self._check_directions()
         check_positive("power", self.power)
         check_share("floor", self.floor)
         check_ceiling(self.ceiling)
+
+    def _check_directions(self) -> None:
+        for name in ("bent_normal", "directional"):
+            check_flag(name, getattr(self, name))
+            if not getattr(self, name):
+                continue
+            if self.weighting == "angle":
+                raise ConfigError(
+                    f"{name} is an integral over solid angle, which weighting 'angle' does not measure; choose 'cosine'"
+                    " or 'uniform'"
+                )
+            if self.zenith == "optical_axis":
+                raise ConfigError(
+                    f"{name} needs slices about the view vector, whose sectors end where the tangent plane does; leave"
+                    " zenith at 'view'"
+                )

@@ -32,11 +32,11 @@ class Pipeline:
         check_flag("clamp", self.clamp)
 
     @classmethod
-    def recommended(cls, radius: float) -> "Pipeline":
+    def recommended(cls, radius: float, *, bent_normal: bool = False, directional: bool = False) -> "Pipeline":
         """What to take where nothing is known of a scene; see :func:`gtao.config.recommended.recommended`."""
         from .recommended import recommended
 
-        return recommended(radius)
+        return recommended(radius, bent_normal=bent_normal, directional=directional)
 
     def step(self, g: "GBuffer", *, frame_index: int = 0) -> "AmbientOcclusion":
         """Estimate, filter and clamp the visibility of one frame.

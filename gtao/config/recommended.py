@@ -9,7 +9,7 @@ from .thickness import ContinuityThickness
 __all__ = ["recommended"]
 
 
-def recommended(radius: float) -> Pipeline:
+def recommended(radius: float, *, bent_normal: bool = False, directional: bool = False) -> Pipeline:
     """A visibility bitmask with thickness by continuity, and the filter that stays on the surface.
 
     One set of numbers for all scenes, in units of the radius; ``fits/occlusion/2026-11`` in the repository holds the
@@ -17,11 +17,15 @@ def recommended(radius: float) -> Pipeline:
 
     Args:
         radius: reach of an occluder in scene units, finite.
+        bent_normal, directional: also give directions, as :class:`gtao.VisibilityBitmask` does; the visibility stays
+            what it is.
 
     Raises:
         ConfigError: the radius is not positive and finite.
     """
     check_positive("radius", radius)
     thickness = ContinuityThickness(continuing=1.0 * radius, isolated=0.4 * radius, gap=0.25 * radius)
-    method = VisibilityBitmask(radius=radius, n_slices=3, n_steps=8, thickness=thickness)
+    method = VisibilityBitmask(
+        radius=radius, n_slices=3, n_steps=8, thickness=thickness, bent_normal=bent_normal, directional=directional
+    )
     return Pipeline(occlusion=method, spatial=PlaneAwareFilter())

@@ -35,7 +35,7 @@ _MODELS: dict[type, str] = {
 
 
 def bitmask_visibility(g: GBuffer, method: VisibilityBitmask, frame_index: int, max_pixels: int | None):
-    """The flat visibility of :class:`gtao.VisibilityBitmask`, before power and floor.
+    """What the march of :class:`gtao.VisibilityBitmask` gives.
 
     Raises:
         ConfigError: gradients are asked for, which counting has none, or the measured thickness of a frame without
@@ -52,6 +52,7 @@ def bitmask_visibility(g: GBuffer, method: VisibilityBitmask, frame_index: int, 
     _, _, key = noise.frame_terms(method.noise, frame_index, method.seed)
     accumulator = Sectors(
         mapping=method.weighting,
+        order=2 if method.directional else 1 if method.bent_normal else 0,
         n_sectors=method.n_sectors,
         rounding=method.sector_rounding,
         arccosine=method.arccosine,

@@ -17,7 +17,7 @@ import drjit as dr
 
 from .arcs import segment
 
-__all__ = ["visible_arc"]
+__all__ = ["beside_zenith", "visible_arc"]
 
 #: The signs of q, k, c, c³, s³, q² and s³ c on the side of -T, where angles are negative.
 _PARITY = (1, -1, 1, 1, -1, 1, -1)
@@ -57,11 +57,7 @@ def visible_arc(weighting, order, nV, nT, upper, lower=None, start=None):
     attached = any(map(dr.grad_enabled, (nV, nT, *upper, *(lower or ()), *(start or ()))))
     with dr.suspend_grad():
         totals, ends = _totals(weighting, order, upper, lower, start)
-        if weighting == "uniform":
-            by_normal, values = None, _uniform(order, *totals)
-        else:
-            by_normal = _cosine(order, *totals)
-            values = [dr.fma(nV, by_nV, nT * by_nT) for by_nV, by_nT in by_normal]
+        by_normal, values = _values(weighting, order, nV, nT, totals)
         if not attached:
             return tuple(values)
         by_ends = [_by_end(end, None if by_normal is None else (nV, nT), order) for end in ends]
@@ -73,6 +69,27 @@ def visible_arc(weighting, order, nV, nT, upper, lower=None, start=None):
             change = change + by_c[m] * _limited(end.c)
         result.append(dr.replace_grad(value, change))
     return tuple(result)
+
+
+def beside_zenith(weighting, order, nV, nT, c, s):
+    """The first and second moments of :func:`visible_arc` between V and an angle toward +T, without derivatives.
+
+    Args:
+        c, s: cosine and sine of the angle, c <= 1.
+    """
+    k, q = segment(c)
+    s3 = s * s * s
+    # The other end lies at the zenith.
+    totals = q, k, 1 + c, dr.fma(c * c, c, 1), s3, q * q, s3 * c
+    return _values(weighting, order, nV, nT, totals[: 7 if order > 1 and weighting == "cosine" else 5])[1][1:]
+
+
+def _values(weighting, order, nV, nT, totals):
+    """The factors of the normal in the share and the moments, if it counts, and these themselves."""
+    if weighting == "uniform":
+        return None, _uniform(order, *totals)
+    by_normal = _cosine(order, *totals)
+    return by_normal, [dr.fma(nV, by_nV, nT * by_nT) for by_nV, by_nT in by_normal]
 
 
 def _by_end(end, normal, order):

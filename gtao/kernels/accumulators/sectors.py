@@ -6,6 +6,7 @@ from typing import Any
 import drjit as dr
 
 from gtao.kernels import bitmask, fetch, horizon
+from gtao.kernels.open_sectors import open_moments
 from gtao.kernels.steps import MAX_UNROLLED
 
 from ._sides import with_side
@@ -23,6 +24,7 @@ class Sectors:
 
     Attributes:
         mapping, n_sectors, rounding: see :mod:`gtao.kernels.bitmask`.
+        order: of the moments of the open directions, 0 to 2; 0 with the mapping "angle".
         arccosine: how the mapping "angle" finds angles, see :func:`gtao.kernels.arcs.fast_acos`.
         thickness: how far matter reaches behind a sample along its eye ray: "solid" without end, "constant" for
             ``amount`` scene units, "continuity" for ``amount`` or ``isolated`` by whether the depth of the sample is
@@ -40,6 +42,7 @@ class Sectors:
     """
 
     mapping: str
+    order: int
     n_sectors: int
     rounding: str
     arccosine: str
@@ -55,8 +58,6 @@ class Sectors:
     layers: tuple[tuple[Any, Any], ...]
     size: tuple[int, int]
     types: Any
-
-    order = 0
 
     @property
     def max_unrolled(self):
@@ -93,11 +94,15 @@ class Sectors:
         return bitmask.approximate_position(constants, side, c, self.arccosine)
 
     def finish(self, state, sl):
-        _, weight, _, sides = state
+        constants, weight, _, sides = state
         none = self.types.UInt(0)
         words = zip(*(masks for masks, _ in sides), strict=True)
         closed = [dr.select(sl.inside[0], a, none) | dr.select(sl.inside[1], b, none) for a, b in words]
-        return (weight * bitmask.visible_share(closed, self.n_sectors, self.types.Float),)
+        share = weight * bitmask.visible_share(closed, self.n_sectors, self.types.Float)
+        if not self.order:
+            return (share,)
+        slice_ = sl.nV, sl.nT, sl.start, constants, weight
+        return share, *open_moments(self.mapping, self.order, *slice_, closed, self.n_sectors)
 
     def _own(self, start, pixel):
         """What the shaded point is to the first sample: its own matter begins at the tangent plane."""
