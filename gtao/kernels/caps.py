@@ -80,7 +80,7 @@ def cap_share(alpha_v, alpha_s, beta):
         scale = 1 / (2 * math.pi * s * wide)
         # What is inside a cap is no longer than its rim, which rounding forgets where a cone ends in a point.
         arc, most = lens.t1 * dr.sin(alpha_v), 2 * math.pi * s
-        by_v, by_beta = scale * _lesser(dr.select(arc > 0, arc, 0), most), -scale * _lesser(lens.k, 2 * s)
+        by_v, by_beta = scale * _lesser(dr.select(arc > 0, arc, 0), most), -scale * lens.k
         by_s = (c / wide) * dr.fma(lens.t2, 1 / math.pi, -lens.share)
     return dr.replace_grad(lens.share, by_v * alpha_v + by_s * alpha_s + by_beta * beta)
 
@@ -136,7 +136,6 @@ def _lens(a1, a2, beta, unit):
     h1, h2, hb = _excess(a2, beta, a1), _excess(a1, beta, a2), _excess(a1, a2, beta)
     apart, holds_2, holds_1 = hb <= 0, h1 <= 1e-20, h2 <= 1e-20
     h = 0.5 * (a1 + a2 + beta)
-    around = h >= math.pi
     sines, cosines = zip(*(dr.sincos(0.5 * dr.select(x > 0, x, 0)) for x in (h, h1, h2, hb)), strict=True)
     double = [2 * s * c for s, c in zip(sines, cosines, strict=True)]
     S, S1, S2, Sb = (dr.select(x > 0, x, 0) for x in double)
@@ -144,9 +143,9 @@ def _lens(a1, a2, beta, unit):
     t2, sin_2, cos_2 = _twice(S2 * Sb, S * S1)
     half_1, half_2 = dr.sin(0.5 * a1), dr.sin(0.5 * a2)
     k = dr.sin(a1) * sin_1
-    whole = apart | holds_1 | holds_2 | around
-    t1 = dr.select(apart | holds_2, 0, dr.select(around | holds_1, math.pi, t1))
-    t2 = dr.select(apart | holds_1, 0, dr.select(around | holds_2, math.pi, t2))
+    whole = apart | holds_1 | holds_2
+    t1 = dr.select(apart | holds_2, 0, dr.select(holds_1, math.pi, t1))
+    t2 = dr.select(apart | holds_1, 0, dr.select(holds_2, math.pi, t2))
     # Equal cones about one axis: either holds the other, one of them counts.
     t1 = dr.select(holds_1 & holds_2 & (~apart), math.pi, t1)
     sin_1, sin_2, k = (dr.select(whole, 0, x) for x in (sin_1, sin_2, k))

@@ -65,8 +65,7 @@ def smith_visibility(cos_i, cos_o, alpha):
 
 def _root(a2, c):
     """√(α² + (1 - α²) c²), in [α, 1]."""
-    x = dr.fma(c * c, 1 - a2, a2)
-    return dr.sqrt(dr.select(x > 1e-12, x, 1e-12))
+    return dr.sqrt(dr.fma(c * c, 1 - a2, a2))
 
 
 def schlick(cos_vh):

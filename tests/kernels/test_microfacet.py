@@ -105,6 +105,17 @@ def test_corners_have_values_and_derivatives(precision, alpha):
     assert all(np.isfinite(np.array(dr.grad(x))).all() for x in (*wi, *wo, width))
 
 
+@pytest.mark.parametrize("f", [microfacet.ggx, microfacet.phong])
+def test_distributions_have_derivatives_everywhere(precision, f):
+    cos_h, alpha = (precision.lanes(x) for x in ([-0.5, 0.0, 1e-6, 0.5, 1.0] * 3, np.repeat([0.0, 0.2, 1.0], 5)))
+    dr.enable_grad(cos_h, alpha)
+    dr.backward(dr.sum(f(cos_h, alpha)))
+    got = np.array([dr.grad(cos_h), dr.grad(alpha)], dtype=float)
+    assert np.isfinite(got).all()
+    assert not got[:, :2].any()
+    assert got[0, [8, 9]].min() > 0
+
+
 def test_derivatives_by_central_differences(precision):
     Float = dr.float64_array_t(precision.Float)
     wi, wo = directions(200, 6, 0.1), directions(200, 7, 0.1)
