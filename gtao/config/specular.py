@@ -32,14 +32,21 @@ class _Cone(_Method):
         check_choice("aperture", self.aperture, Aperture)
 
 
+def _described(table: Any) -> dict[str, Any] | None:
+    names = ("kind", "axes", "size", "n_channels", "source")
+    return table and {"type": "SpecularTable"} | {name: getattr(table, name) for name in names}
+
+
 @dataclass(frozen=True, kw_only=True)
 class ConeTable(_Cone):
     """A cone of visible directions about the bent normal, looked up in a table of what the surface reflects of it.
 
     Args:
-        table: a :class:`gtao.data.SpecularTable` of any kind of occlusion; None is the shipped "brdf-4d", cone against
-            GGX with two channels, so that every F0 has its own occlusion. Its values may be a Dr.Jit tensor that
-            carries gradients; others are uploaded once and must not change.
+        table: a :class:`gtao.data.specular.SpecularTable` of any kind of occlusion; None is the shipped "brdf-4d", cone
+            against GGX with two channels, so that every F0 has its own occlusion. Its values may be a Dr.Jit tensor
+            that carries gradients; others are uploaded once and must not change.
+        environment: the "environment-brdf" table that goes with a ``table`` of two channels; None is the shipped one.
+            Inside ``dr.freeze`` both must be given, with Dr.Jit tensors that are arguments of the frozen function.
         aperture: of the cone: "seed" as published, cos α = √(1 - A), which takes the bent normal for the normal;
             "tilted", sin² α = A / ⟨N, B⟩, the cone about the bent normal that has the visibility A if the tangent plane
             leaves it whole; "matched", the cone that has it whether cut or not, which may be wider than a hemisphere
@@ -48,24 +55,24 @@ class ConeTable(_Cone):
     """
 
     table: Any = None
+    environment: Any = None
     aperture: Aperture = "tilted"
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        # This room does not know the class.
-        kind = getattr(self.table, "kind", None)
-        if self.table is not None and not isinstance(kind, str):
-            raise ConfigError(f"table must be None or a SpecularTable, got {type(self.table).__name__}")
-        if kind == "environment-brdf":
-            raise ConfigError("table holds no occlusion but the environment BRDF; choose another kind")
+        for name in ("table", "environment"):
+            table = getattr(self, name)
+            # This room does not know the class.
+            kind = getattr(table, "kind", None)
+            if table is not None and not isinstance(kind, str):
+                raise ConfigError(f"{name} must be None or a SpecularTable, got {type(table).__name__}")
+            if table is not None and (kind == "environment-brdf") != (name == "environment"):
+                raise ConfigError(f"{name} must be of another kind than {kind!r}: one is occlusion, one the whole lobe")
 
     def to_dict(self) -> dict[str, Any]:
-        """As of the other methods, except that of a table of one's own it tells what it is, not its values."""
-        if self.table is None:
-            return to_dict(self)
-        names = ("kind", "axes", "size", "n_channels", "source")
-        described = {"type": "SpecularTable"} | {name: getattr(self.table, name) for name in names}
-        return {"type": type(self).__name__, "table": described, "aperture": self.aperture}
+        """As of the other methods, except that of tables of one's own it tells what they are, not their values."""
+        described = {name: _described(getattr(self, name)) for name in ("table", "environment")}
+        return {"type": type(self).__name__} | described | {"aperture": self.aperture}
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,6 +9,7 @@ import drjit as dr
 from gtao import backend
 from gtao.config import ConeCone, ConeTable, Lagarde2014, VisibilityAsSpecular
 from gtao.data import specular as data
+from gtao.data.specular import SpecularTable
 from gtao.errors import ConfigError
 from gtao.gbuffer import GBuffer
 from gtao.kernels import caps, lobes
@@ -102,7 +103,7 @@ def _reflection(ao: Any, g: Any, roughness: Any, method: Any) -> "_Reflection":
     if pixels.b is not None:
         # A cone of no width about the reflected direction of a mirror is the limit of nothing.
         shares = [dr.select(pixels.A > 0, s, 0) for s in shares]
-    return _Reflection(shares, view, g.types)
+    return _Reflection(shares, view, g.types, getattr(method, "environment", None))
 
 
 @dataclass(frozen=True)
@@ -112,11 +113,12 @@ class _Reflection:
     shares: list[Any]
     view: View
     types: Any
+    environment: SpecularTable | None
 
     def occlusion(self, f0: Any) -> Any:
         if len(self.shares) == 1:
             return self.shares[0]
-        A, B = environment_terms(self.view, self.types)
+        A, B = environment_terms(self.view, self.types, self.environment)
         whole = dr.fma(f0, A, B)
         reflects = whole > 1e-20
         scaled = dr.select(reflects, f0 * A / dr.select(reflects, whole, 1), 0)
@@ -124,14 +126,15 @@ class _Reflection:
         return dr.fma(scaled, S_A - S_B, S_B)
 
     def reflectance(self, f0: Any) -> Any:
-        A, B = environment_terms(self.view, self.types)
+        A, B = environment_terms(self.view, self.types, self.environment)
         S_A, S_B = self.shares * (3 - len(self.shares))
         return dr.fma(f0 * A, S_A, B * S_B)
 
 
-def environment_terms(view: View, T: Any) -> list[Any]:
-    """A and B of every pixel, flat."""
-    return look_up(data.shipped("environment-brdf"), T, None, None, view.alpha, view.theta_o, None)
+def environment_terms(view: View, T: Any, table: SpecularTable | None = None) -> list[Any]:
+    """A and B of every pixel, flat, from the shipped table or another one."""
+    table = data.shipped("environment-brdf") if table is None else table
+    return look_up(table, T, None, None, view.alpha, view.theta_o, None)
 
 
 def _image(g: GBuffer, channels: list[Any], f0: Any, background: float) -> Any:
@@ -141,6 +144,10 @@ def _image(g: GBuffer, channels: list[Any], f0: Any, background: float) -> Any:
 
 def _check_needs(method: Any, ao: AmbientOcclusion) -> None:
     """Raise a ConfigError where the estimate does not hold what the method computes from."""
+    for table in ("table", "environment"):
+        value = getattr(method, table, None)
+        if not isinstance(value, SpecularTable | None):
+            raise ConfigError(f"{table} must be None or a SpecularTable, got {type(value).__name__}")
     if isinstance(method, Lagarde2014 | VisibilityAsSpecular):
         return
     name, weighting = type(method).__name__, getattr(ao.config, "weighting", "cosine")
@@ -157,8 +164,6 @@ def _check_needs(method: Any, ao: AmbientOcclusion) -> None:
 
 def _cone_table(p: Pixels, method: ConeTable, g: GBuffer):
     table = data.shipped("brdf-4d") if method.table is None else method.table
-    if not isinstance(table, data.SpecularTable):
-        raise ConfigError(f"table must be None or a gtao SpecularTable, got {type(table).__name__}")
     # Of three directions a table with one angle has the bent normal for the normal.
     theta_o = p.beta if table.kind == "brdf-3d" else p.view.theta_o
     chi = p.chi if table.kind == "brdf-5d" else 0.0

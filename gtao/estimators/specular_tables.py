@@ -6,7 +6,7 @@ from weakref import WeakKeyDictionary
 import drjit as dr
 
 from gtao.data.specular import SpecularTable
-from gtao.errors import ConfigError
+from gtao.errors import ConfigError, ShapeError
 from gtao.kernels.table_axes import AXES, table_axes
 from gtao.kernels.table_lookup import lookup
 from gtao.tensors import to_tensor
@@ -35,11 +35,13 @@ def look_up(table: SpecularTable, T: Any, *arguments: Any) -> list[Any]:
 
 def _texels(table: SpecularTable, T: Any) -> Any:
     """The flat values: a Dr.Jit tensor's own, which may carry a gradient, others uploaded once."""
+    name, shape = f"the values of the table {table.kind!r}", tuple(map(int, table.values.shape))
     if dr.is_tensor_v(table.values) or dr.flag(dr.JitFlag.FreezingScope):
-        return to_tensor(table.values, "the table's values", tuple(table.values.shape), like=T.Tensor, copy=False).array
+        return to_tensor(table.values, name, shape, like=T.Tensor, copy=False).array
     uploads = _UPLOADED.setdefault(table, {})
     if T.Tensor not in uploads:
-        uploads[T.Tensor] = to_tensor(
-            table.values, "the table's values", tuple(table.values.shape), like=T.Tensor
-        ).array
+        texels = to_tensor(table.values, name, shape, like=T.Tensor).array
+        if not dr.all(dr.isfinite(texels)):
+            raise ShapeError(f"{name} must be finite")
+        uploads[T.Tensor] = texels
     return uploads[T.Tensor]

@@ -275,12 +275,20 @@ class TestRefusals:
             gtao.ConeCone(reflection="mirror")
         with pytest.raises(gtao.ConfigError, match="table must be None"):
             gtao.ConeTable(table=np.ones((3, 3, 3, 1)))
-        with pytest.raises(gtao.ConfigError, match="no occlusion"):
+        with pytest.raises(gtao.ConfigError, match="table must be of another kind"):
             gtao.ConeTable(table=cone_cone_table((4, 4), 2, "environment-brdf"))
+        with pytest.raises(gtao.ConfigError, match="environment must be of another kind"):
+            gtao.ConeTable(environment=cone_cone_table())
 
-    def test_tables_with_unknown_axes(self):
+    def test_tables_of_another_make(self):
         method = gtao.ConeTable(table=cone_cone_table(axes="diagonal"))
         self.check(gtao.ConfigError, "axes 'diagonal' of a table 'cone-cone' are not known", method=method)
+        # It has a kind too.
+        method = gtao.ConeTable(table=CAMERAS["perspective"])
+        self.check(gtao.ConfigError, "table must be None or a SpecularTable, got PerspectiveCamera", method=method)
+        values = np.full((3, 3, 3, 1), np.nan)
+        method = gtao.ConeTable(table=SpecularTable(kind="cone-cone", axes="linear", values=values))
+        self.check(gtao.ShapeError, "values of the table 'cone-cone' must be finite", method=method)
 
 
 @pytest.mark.parametrize("method", [m for m in METHODS.values() if getattr(m, "table", None) is None])
@@ -327,3 +335,41 @@ def test_a_table_is_uploaded_once():
     first = occlusion(method, g, ao)
     table.values[:] = 0
     assert np.array_equal(occlusion(method, g, ao), first)
+
+
+@each_method
+def test_frozen(name):
+    """Recorded once; a table's values are an argument, as everything that a recording depends on."""
+    camera = gtao.PerspectiveCamera(12, 10, 1.2)
+
+    def reflected(n, A, B, roughness, texels):
+        g = gtao.GBuffer(dr.full(type(A), 2, A.shape), n, camera, validate=False)
+        method = METHODS[name]
+        if name == "table":
+            method = gtao.ConeTable(table=SpecularTable(kind="cone-cone", axes="linear", values=texels))
+        ao = gtao.AmbientOcclusion(visibility=A, mean_direction=B)
+        return gtao.specular_occlusion(ao, g, roughness, method=method)
+
+    frozen, found = dr.freeze(reflected), []
+    for seed in (1, 2):
+        g, ao, _ = scene(camera, np.float32, seed)
+        T = g.types.Tensor
+        rng = np.random.default_rng(seed)
+        roughness, texels = (T(np.float32(rng.uniform(0, 1, shape))) for shape in (camera.shape, (4, 3, 5, 1)))
+        inputs = [dr.opaque(T(x)) for x in (g.normal_v, ao.visibility, ao.mean_direction, roughness, texels)]
+        found.append(frozen(*inputs).numpy())
+        assert np.array_equal(found[-1], reflected(*inputs).numpy())
+    assert frozen.n_recordings == 1
+    assert np.abs(found[0] - found[1]).max() > 0.01
+
+
+def test_tables_that_cannot_be_recorded():
+    g, ao, _ = scene(CAMERAS["perspective"])
+
+    @dr.freeze
+    def reflected(A):
+        with pytest.raises(gtao.ShapeError, match="the values of the table 'cone-cone' must be a Dr"):
+            gtao.specular_occlusion(ao, g, A, method=METHODS["table"])
+        return A + 1
+
+    reflected(ao.visibility)
