@@ -51,7 +51,7 @@ class ConeTable(_Cone):
             "tilted", sin² α = A / ⟨N, B⟩, the cone about the bent normal that has the visibility A if the tangent plane
             leaves it whole; "matched", the cone that has it whether cut or not, which may be wider than a hemisphere
             (tables end at one). With uniform weighting the first two are cos α = 1 - A, and "matched" is the cone of
-            which the tangent plane leaves the solid angle 2π A.
+            which the tangent plane leaves the solid angle 2π A. Theory, eq. (151).
     """
 
     table: Any = None
@@ -143,7 +143,7 @@ class ConeBRDF(_Cone):
 class Lagarde2014(_Method):
     """An empirical curve of visibility, roughness and viewing angle (Lagarde and de Rousiers 2014); no directions.
 
-    sat((⟨N, V⟩ + A)^(2^(-16 ϱ - 1)) - 1 + A) with perceptual roughness ϱ.
+    sat((⟨N, V⟩ + A)^(2^(-16 ϱ - 1)) - 1 + A) with perceptual roughness ϱ, theory, eq. (154).
     """
 
 

@@ -57,7 +57,7 @@ def aperture(A):
 def tilted_aperture(A, cb):
     """cos α = √(1 - A / cos β) of the cone that has the cosine-weighted visibility A if it is not cut, A in [0, 1].
 
-    A hemisphere from A = cos β on. The derivatives are bounded where the cone is as wide as that.
+    Theory, eq. (151). A hemisphere from A = cos β on. The derivatives are bounded where the cone is as wide as that.
     """
     A = _within(A, 0, 1)
     whole = cb > A
@@ -171,8 +171,8 @@ def matched_uniform_aperture(A, cb, sb) -> Any:
     """cos α of the cone of which the tangent plane leaves the solid angle 2π A, in [-sin β, 1].
 
     1 - A where it leaves the cone whole, that is up to A = 1 - sin β; else the root of :func:`solid_angle`, by Newton
-    steps on the power ⅔ of what is missing to 2π, which is nearly straight in cos α. A is limited to [0, 1]. The
-    derivative is that of the implicit function, bounded where the plane leaves little of the rim.
+    steps on the power ⅔ of what is missing to 2π, which is nearly straight in cos α (theory, eq. (152)). A is limited
+    to [0, 1]. The derivative is that of the implicit function, bounded where the plane leaves little of the rim.
     """
     attached = any(map(dr.grad_enabled, (A, cb, sb)))
     with dr.suspend_grad():
