@@ -71,9 +71,9 @@ class AmbientOcclusion:
 
         With cosine weighting the visibility itself. With uniform weighting 2 ⟨N, mean_direction⟩, theory, eq. (153):
         exactly what the same horizons, or open sectors, give with the other weighting, so that one uniform estimate
-        with bent normals has both. Neither power, floor and ceiling nor a fade of small radii, which change the visibility alone, are in
-        it; where a normal faces away, it belongs to that normal and not to the turned one. None with uniform weighting
-        without directions or with those of "average_horizon", and with other weightings.
+        with bent normals has both. Neither power, floor and ceiling nor a fade of small radii, which change the
+        visibility alone, are in it; where a normal faces away, it belongs to that normal and not to the turned one.
+        None with uniform weighting without directions or with those of "average_horizon", and with other weightings.
         """
         weighting = getattr(self.config, "weighting", "cosine")
         if weighting == "cosine":

@@ -27,8 +27,9 @@ __all__ = ["environment_brdf", "environment_terms", "specular_occlusion", "specu
 def specular_occlusion(ao: AmbientOcclusion, g: GBuffer, roughness: Any, f0: Any = 0.04, method: Any = None) -> Any:
     """Share of what a glossy surface reflects of a white dome that is left in the presence of occluders.
 
-    S = (F0 A_V + B_V) / (F0 A + B), theory, eq. (143): what an unoccluded pre-filtered reflection is to be multiplied by. The surface is
-    GGX with height-correlated Smith shadowing and Schlick's Fresnel term; the methods approximate S in different ways.
+    S = (F0 A_V + B_V) / (F0 A + B), theory, eq. (143): what an unoccluded pre-filtered reflection is to be multiplied
+    by. The surface is GGX with height-correlated Smith shadowing and Schlick's Fresnel term; the methods approximate S
+    in different ways.
 
     Args:
         ao: an estimate of the frame, with bent normals unless the method does without. It is evaluated, if it has not
