@@ -1,9 +1,12 @@
 """Blocked arcs of occluders of finite thickness, written out for one pixel (Therrien et al. 2023), float64 NumPy.
 
 Every arc is found from points: where matter begins and ends on the eye ray of a sample, clipped to the sphere of the
-radius. The share of a slice's hemisphere that it holds is integrated by quadrature.
+radius. The share of a slice's hemisphere that it holds is integrated by quadrature, and what is open is integrated
+between angles that bisection finds from that share.
 """
 
+from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -12,7 +15,71 @@ from . import slice_march, slice_oracle
 from .fields import Field
 
 
-def visibility(
+@dataclass(frozen=True)
+class Open:
+    """What is open of a pixel: integrals over π, or over 2π without the cosine."""
+
+    share: float
+    first: np.ndarray
+    second: np.ndarray
+
+
+def visibility(field: Field, row: int, column: int, *, rounding="exact", n_sectors=32, **march) -> float:
+    """Mean over slices at azimuths π(i + ½)/n of the weighted open share.
+
+    Args:
+        rounding: "exact" measures the union of arcs, what sectors tend to; "nearest" tests the middle of each of
+            ``n_sectors`` sectors; "outward" closes ⌈n w⌉ sectors from the one on in which an arc of share w begins.
+        march: of :func:`_slices`.
+    """
+    shares = [s.weight * (1 - _closed(s.arcs, rounding, n_sectors)) for s in _slices(field, row, column, **march)]
+    return float(np.mean(shares))
+
+
+def open_directions(field: Field, row: int, column: int, *, rounding="exact", n_sectors=32, **march) -> Open:
+    """The directions ω that :func:`visibility` counts: their share and the means of ω and ω ωᵀ, in the view frame."""
+    found = []
+    for s in _slices(field, row, column, **march):
+        pieces = _gaps(s.arcs) if rounding == "exact" else open_runs(_closed_sectors(s.arcs, rounding, n_sectors))
+        found.append(sum((s.integrals(*piece) for piece in pieces), start=np.zeros(13)))
+    share, *moments = np.mean(found, axis=0)
+    return Open(share, np.array(moments[:3]), np.reshape(moments[3:], (3, 3)))
+
+
+@dataclass(frozen=True)
+class Slice:
+    """A slice, what it weighs when it is open, and its blocked arcs as intervals of the share that lies below."""
+
+    V: np.ndarray
+    T: np.ndarray
+    nV: float
+    nT: float
+    weighting: str
+    weight: float
+    arcs: list
+
+    def angle(self, x: float) -> float:
+        """The angle below which the share x lies."""
+        gamma = np.arctan2(self.nT, self.nV)
+        low, high = gamma - np.pi / 2, gamma + np.pi / 2
+        # 60 halvings of π.
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            below = _share_below(self.weighting, self.nV, self.nT, middle) < x
+            low, high = (middle, high) if below else (low, middle)
+        return 0.5 * (low + high)
+
+    def integrals(self, x0: float, x1: float) -> np.ndarray:
+        """Share, ω and ω ωᵀ, integrated between two shares."""
+        theta, weights = quadrature(self.weighting, self.nV, self.nT, self.angle(x0), self.angle(x1))
+        omega = np.cos(theta)[:, None] * self.V + np.sin(theta)[:, None] * self.T
+        second = np.einsum("n,ni,nj->ij", weights, omega, omega).ravel()
+        found = np.concatenate([[weights.sum()], weights @ omega, second])
+        # ∫ |sin θ| of an open slice is 2.
+        return found if self.weighting == "cosine" else found / 2
+
+
+def _slices(
     field: Field,
     row: int,
     column: int,
@@ -23,30 +90,26 @@ def visibility(
     bodies,
     weighting: str = "cosine",
     cut: str = "sphere",
-    rounding: str = "exact",
-    n_sectors: int = 32,
     exponent: float = 1.25,
     successive: bool = False,
     linked: bool = False,
-) -> float:
-    """Mean over slices at azimuths π(i + ½)/n of the weighted open share.
+) -> Iterator[Slice]:
+    """The slices of one pixel.
 
     Args:
         bodies: function of a texel's row and column: list of (front, back) depths of the matter on its eye ray.
         successive: give ``bodies`` the texel before on the march, at first the pixel's own, as a third argument.
         cut: "sphere" clips matter to the radius, "sample" ignores a body whose front lies beyond it, "none" neither.
-        rounding: "exact" measures the union of arcs, what sectors tend to; "nearest" tests the middle of each of
-            ``n_sectors`` sectors; "outward" closes ⌈n w⌉ sectors from the one on in which an arc of share w begins.
         linked: a body whose extent in depth overlaps that of the body of the same number at the sample before, or
             misses it by less than 3 (sheets: 9) times the distance between the two eye rays, is the same body: what
             lies between the two is blocked, too. The shaded point is a sample that blocks nothing.
     """
     P, N = slice_march.point(field, row, column), field.normal_v[row, column]
     V = slice_march.view_dir(field, row, column)
-    total = 0.0
     for i in range(n_slices):
         phi = np.pi * (i + 0.5) / n_slices
-        nV, nT = N @ V, N @ slice_oracle.tangent(V, phi)
+        T = slice_oracle.tangent(V, phi)
+        nV, nT = N @ V, N @ T
         below = partial(_share_below, weighting, nV, nT)
         arcs = []
         for side in (-1, 1):
@@ -74,8 +137,7 @@ def visibility(
                             ends = min(first, ends[0]), max(last, ends[1])
                     arcs.append(sorted(below(side * angle) for angle in ends))
                 before = [None if ends is None else (*ends, *body) for ends, body in found], texel
-        total += _weight(weighting, nV, nT) * (1 - _closed(arcs, rounding, n_sectors))
-    return total / n_slices
+        yield Slice(V, T, nV, nT, weighting, _weight(weighting, nV, nT), arcs)
 
 
 def _blocked(field, texel, body, P, V, radius, cut):
@@ -133,15 +195,18 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 
 
 def _integral(weighting, nV, nT, a, b) -> float:
-    """∫ |sin θ|, times the cosine to the normal if it counts, over [a, b] in two pieces that meet at θ = 0."""
-    total = 0.0
-    for low, high in ((a, np.clip(0.0, a, b)), (np.clip(0.0, a, b), b)):
-        theta = 0.5 * (low + high) + 0.5 * (high - low) * _NODES
-        values = np.abs(np.sin(theta))
-        if weighting == "cosine":
-            values = values * (nV * np.cos(theta) + nT * np.sin(theta))
-        total += 0.5 * (high - low) * (_WEIGHTS @ values)
-    return total
+    """∫ |sin θ|, times the cosine to the normal if it counts, over [a, b]."""
+    return quadrature(weighting, nV, nT, a, b)[1].sum()
+
+
+def quadrature(weighting, nV, nT, a, b):
+    """Angles and weights of that integral, in two pieces that meet at θ = 0."""
+    pieces = ((a, np.clip(0.0, a, b)), (np.clip(0.0, a, b), b))
+    theta = np.concatenate([0.5 * (low + high) + 0.5 * (high - low) * _NODES for low, high in pieces])
+    weights = np.concatenate([0.5 * (high - low) * _WEIGHTS for low, high in pieces]) * np.abs(np.sin(theta))
+    if weighting == "cosine":
+        weights = weights * (nV * np.cos(theta) + nT * np.sin(theta))
+    return theta, weights
 
 
 def _weight(weighting, nV, nT) -> float:
@@ -150,8 +215,10 @@ def _weight(weighting, nV, nT) -> float:
 
 
 def _closed(arcs, rounding, n) -> float:
-    if rounding == "exact":
-        return union_length(arcs)
+    return union_length(arcs) if rounding == "exact" else _closed_sectors(arcs, rounding, n).mean()
+
+
+def _closed_sectors(arcs, rounding, n) -> np.ndarray:
     closed = np.zeros(n, dtype=bool)
     middles = (np.arange(n) + 0.5) / n
     for low, high in arcs:
@@ -160,7 +227,22 @@ def _closed(arcs, rounding, n) -> float:
         else:
             first = int(n * low)
             closed[first : first + int(np.ceil(n * (high - low)))] = True
-    return closed.mean()
+    return closed
+
+
+def open_runs(closed):
+    """Runs of open sectors as intervals of [0, 1]."""
+    ends = np.flatnonzero(np.diff(np.concatenate([[True], closed, [True]])))
+    return [(first / len(closed), last / len(closed)) for first, last in zip(ends[::2], ends[1::2], strict=True)]
+
+
+def _gaps(intervals):
+    """What a union of intervals leaves of [0, 1]."""
+    end = 0.0
+    for low, high in [*sorted(intervals), (1.0, 1.0)]:
+        if low > end:
+            yield end, low
+        end = max(end, high)
 
 
 def union_length(intervals) -> float:
