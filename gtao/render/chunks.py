@@ -22,12 +22,12 @@ class Chunk:
 
 
 def chunks(n_lanes: int, n_batches: int, spp_per_batch: int, progress: Progress | None) -> Iterator[Chunk]:
-    """All batches of all lanes; the caller must have finished a piece before it asks for the next."""
+    """All batches of all lanes, those of the same lanes in turn; the caller must finish a piece before the next."""
     size = max(1, min(n_lanes, PATHS_PER_CHUNK // spp_per_batch))
     pieces = [
         Chunk(batch, start, min(start + size, n_lanes))
-        for batch in range(n_batches)
         for start in range(0, n_lanes, size)
+        for batch in range(n_batches)
     ]
     for done, piece in enumerate(pieces, 1):
         yield piece

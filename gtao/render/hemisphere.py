@@ -1,6 +1,6 @@
 """Integrals over the hemisphere above every pixel's surface, by rays in independent batches."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,6 +19,7 @@ __all__ = [
     "DIRECTIONS",
     "Drawn",
     "RayKind",
+    "batches",
     "bent",
     "check_rays",
     "image",
@@ -40,27 +41,35 @@ def check_rays(max_distance: float, weighting: str = "cosine") -> None:
         raise ConfigError(f"max_distance must be positive (inf for no limit), got {max_distance}")
 
 
+#: ``estimate(origins, key, n_rays)`` is one batch's (n_values, n) estimate at some of the start points.
+BatchEstimate = Callable[[Origins, int, int], np.ndarray]
+
+
+def batches(
+    start: Origins, spp: int, n_batches: int, seed: int, estimate: BatchEstimate, progress: Progress | None = None
+) -> Iterator[tuple[int, slice, np.ndarray]]:
+    """Number of the batch, lanes and what is estimated of them, all batches of the same lanes in turn."""
+    for chunk in chunks(len(start), n_batches, spp // n_batches, progress):
+        part = start.part(chunk.start, chunk.stop)
+        values = estimate(part, batch_key(seed, chunk.batch), spp // n_batches)
+        yield chunk.batch, slice(chunk.start, chunk.stop), values
+
+
 def mean_over_batches(
     start: Origins,
     n_values: int,
     spp: int,
     n_batches: int,
     seed: int,
-    estimate: Callable[[Origins, int, int], np.ndarray],
+    estimate: BatchEstimate,
     progress: Progress | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Mean over independent batches and the variance of that mean, (n_values, N) float64 each.
-
-    ``estimate(origins, key, n_rays)`` is one batch's (n_values, n) estimate at some of the start points.
-    """
+    """Mean over independent batches and the variance of that mean, (n_values, N) float64 each."""
     # Running mean and sum of squared deviations: memory does not grow with the batches, and nothing cancels.
     mean, squares = np.zeros((2, n_values, len(start)))
-    for chunk in chunks(len(start), n_batches, spp // n_batches, progress):
-        part = start.part(chunk.start, chunk.stop)
-        values = estimate(part, batch_key(seed, chunk.batch), spp // n_batches)
-        lanes = slice(chunk.start, chunk.stop)
+    for batch, lanes, values in batches(start, spp, n_batches, seed, estimate, progress):
         off = values - mean[:, lanes]
-        mean[:, lanes] += off / (chunk.batch + 1)
+        mean[:, lanes] += off / (batch + 1)
         squares[:, lanes] += off * (values - mean[:, lanes])
     return mean, squares / (n_batches * (n_batches - 1))
 
@@ -139,10 +148,10 @@ def ray_sums(
 
 
 def image(values: np.ndarray, start: Origins, shape: tuple[int, int], background: Any = 0.0) -> np.ndarray:
-    """Image (H, W, k), or (H, W), of values (k, N), or (N,), at the start points."""
+    """Image (H, W, …) of values (…, N) at the start points."""
     result = np.empty((*shape, *values.shape[:-1]), dtype=np.float32)
     result[...] = background
-    result.reshape(-1, *values.shape[:-1])[start.pixel.numpy()] = values.T
+    result.reshape(-1, *values.shape[:-1])[start.pixel.numpy()] = np.moveaxis(values, -1, 0)
     return result
 
 

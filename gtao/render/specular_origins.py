@@ -25,10 +25,26 @@ class Seen(Origins):
     Attributes:
         wo: unit vector to the viewer, in the frame of the normal.
         alpha: microfacet width.
+        uv: texture coordinates.
+        along: vector in the surface along which u changes, not of unit length; 0 where there is none.
     """
 
     wo: Any
     alpha: Any
+    uv: Any
+    along: Any
+
+    @property
+    def frame(self) -> Any:
+        """Frame of the normal."""
+        return mi.Frame3f(self.normal)
+
+    @property
+    def textured_frame(self) -> Any:
+        """Frame of the normal whose first axis follows u, as that of anisotropic materials."""
+        across = self.along - dr.dot(self.along, self.normal) * self.normal
+        along = dr.select(dr.squared_norm(across) > 0, dr.normalize(across), self.frame.s)
+        return mi.Frame3f(along, dr.cross(self.normal, along), self.normal)
 
 
 def seen(hits: PrimaryHits, start: Origins, roughness: np.ndarray) -> Seen:
@@ -38,8 +54,13 @@ def seen(hits: PrimaryHits, start: Origins, roughness: np.ndarray) -> Seen:
     view = dr.gather(mi.Vector3f, towards, start.pixel)
     normal = mi.Normal3f(*edge_on(tuple(start.normal), tuple(view))[0])
     width = dr.square(mi.Float(np.ascontiguousarray(np.broadcast_to(roughness, hits.camera.shape).ravel())))
-    wo = mi.Frame3f(normal).to_local(view)
-    points = Seen(start.pixel, start.position, start.n_geo, normal, wo, dr.gather(mi.Float, width, start.pixel))
+    points = Seen(
+        **{**vars(start), "normal": normal},
+        wo=mi.Frame3f(normal).to_local(view),
+        alpha=dr.gather(mi.Float, width, start.pixel),
+        uv=dr.gather(mi.Point2f, hits.si.uv, start.pixel),
+        along=dr.gather(mi.Vector3f, hits.si.dp_du, start.pixel),
+    )
     dr.eval(vars(points))
     return points
 

@@ -11,7 +11,7 @@ import numpy as np
 from gtao import display
 from gtao.errors import ConfigError, ShapeError
 
-__all__ = ["Estimate", "Pair", "Specular", "Terms"]
+__all__ = ["Estimate", "Pair", "Specular", "Terms", "estimate_of"]
 
 
 class Estimate(NamedTuple):
@@ -35,8 +35,19 @@ class Pair:
 
     def at(self, f0: Any) -> tuple[np.ndarray, np.ndarray]:
         """F0 a + b and its variance, float64."""
-        (a, b), (va, vb, c) = (np.moveaxis(x.astype(np.float64), -1, 0) for x in (self.mean, self.covariance))
+        (a, b), (va, vb, c) = self._rows()
         return f0 * a + b, np.maximum(f0 * (f0 * va + 2 * c) + vb, 0)
+
+    def ratio(self) -> tuple[np.ndarray, np.ndarray]:
+        """a / b, 1 where b is 0, and its variance to first order in the noise, float64."""
+        (a, b), (va, vb, c) = self._rows()
+        safe = np.where(b > 0, b, 1)
+        mean = np.where(b > 0, a / safe, 1)
+        return mean, np.maximum(va - mean * (2 * c - mean * vb), 0) / safe**2
+
+    def _rows(self) -> tuple[np.ndarray, np.ndarray]:
+        mean, covariance = (np.moveaxis(x.astype(np.float64), -1, 0) for x in (self.mean, self.covariance))
+        return mean, covariance
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,13 +78,12 @@ class Terms:
         mean, variance = seen.at(f0_s)
         whole = np.where(self.mask[..., None], f0_s * A + B, 1)
         mean = np.where(self.mask[..., None], mean / whole, 1)
-        found = {"occlusion": _estimate(mean, variance / whole**2)}
-        if f0.shape[-1] == 1:
-            found = {"occlusion": _estimate(mean[..., 0], (variance / whole**2)[..., 0])}
+        channels = 0 if f0.shape[-1] == 1 else slice(None)
+        found = {"occlusion": estimate_of(mean[..., channels], (variance / whole**2)[..., channels])}
         for name in ("radiance", "unoccluded"):
             pair = getattr(self, name)
             if pair is not None:
-                found[name] = _estimate(*pair.at(f0))
+                found[name] = estimate_of(*pair.at(f0))
         return found
 
 
@@ -152,7 +162,8 @@ class Specular:
         return f"Specular({width}x{height}, {self.count} samples per pixel{light})"
 
 
-def _estimate(mean: np.ndarray, variance: np.ndarray) -> Estimate:
+def estimate_of(mean: np.ndarray, variance: np.ndarray) -> Estimate:
+    """Tensors of arrays of any precision."""
     return Estimate(mi.TensorXf(mean.astype(np.float32)), mi.TensorXf(variance.astype(np.float32)))
 
 

@@ -19,6 +19,11 @@ def reflected(scene, rho, n_bounces, spp, n_batches, seed, sensor=0):
     Radiance of the dome is 1, so a pixel that sees it reads 1 / rho.
     """
     set_reflectance(scene, rho)
+    return radiance(scene, n_bounces, spp, n_batches, seed, sensor)[..., 0] / np.float32(rho)
+
+
+def radiance(scene, n_bounces, spp, n_batches, seed, sensor=0):
+    """(n_batches, H, W, 3) light that arrives after up to ``n_bounces`` surfaces."""
     sensor = scene.sensors()[sensor]
     integrator = mi.load_dict({"type": "path", "max_depth": n_bounces + 1, "rr_depth": 1000})
     width, height = (int(v) for v in sensor.film().crop_size())
@@ -32,7 +37,7 @@ def reflected(scene, rho, n_bounces, spp, n_batches, seed, sensor=0):
         x = pixel - y * width
         film = mi.Point2f((mi.Float(x) + 0.5) / width, (mi.Float(y) + 0.5) / height)
         ray, _ = sensor.sample_ray_differential(0.0, 0.5, film, mi.Point2f(0.5))
-        radiance, _, _ = integrator.sample(scene, sampler, ray)
-        mean = dr.block_sum(radiance[0], n_rays) / (n_rays * rho)
-        images.append(mean.numpy().reshape(height, width))
+        light, _, _ = integrator.sample(scene, sampler, ray)
+        means = [dr.block_sum(channel, n_rays).numpy() / n_rays for channel in light]
+        images.append(np.stack(means, -1).reshape(height, width, 3))
     return np.stack(images)
