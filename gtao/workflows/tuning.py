@@ -11,11 +11,10 @@ from gtao import fit, io, plot, render
 from gtao.config import named, with_budget
 from gtao.errors import ConfigError, RecordError
 
-from .comparison.frames import sources
 from .outputs import OutputDirectory
 from .tuning_settings import TuneConfig
 from .tuning_views import collect_views
-from .views import portable
+from .views import portable, sources
 
 __all__ = ["TuneOutcome", "tune"]
 

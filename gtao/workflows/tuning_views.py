@@ -15,9 +15,8 @@ from gtao import fit, io, render
 from gtao.errors import ConfigError, GtaoError, SceneError
 from gtao.gbuffer import GBuffer
 
-from .comparison.frames import default_radius
 from .tuning_settings import N_BATCHES, TuneConfig
-from .views import open_scene
+from .views import default_radius, open_scene
 
 __all__ = ["View", "collect_views"]
 

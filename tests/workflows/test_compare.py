@@ -9,8 +9,8 @@ import pytest
 
 import gtao
 from gtao import evaluate, io, workflows
-from gtao.workflows import outputs
-from gtao.workflows.comparison import frames, timing
+from gtao.workflows import outputs, views
+from gtao.workflows.comparison import timing
 from gtao.workflows.comparison.tables import COLUMNS
 
 SMALL = {
@@ -156,7 +156,7 @@ def test_methods_that_need_a_radius_are_left_out_in_words(tmp_path):
 
 def test_frames_of_files_and_folders(tmp_path):
     workflows.render_scene("trench", tmp_path / "a.exr", resolution=24, spp=64, max_distance=0.8)
-    found = frames.sources([str(tmp_path)])
+    found = views.sources([str(tmp_path)])
     assert list(found) == ["a"]
     config = workflows.CompareConfig(scenes=(str(tmp_path),), **SMALL)
     result = workflows.compare(config, tmp_path / "out")
@@ -182,9 +182,9 @@ def test_the_default_radius_is_a_tenth_of_the_frame():
     z = np.full((20, 30), 4.0, np.float32)
     camera = gtao.PerspectiveCamera(30, 20, 2 * math.atan(0.5))
     # The frame is as high as its distance here: 4 units.
-    assert frames.default_radius(gtao.GBuffer(z, None, camera)) == pytest.approx(0.4)
+    assert views.default_radius(gtao.GBuffer(z, None, camera)) == pytest.approx(0.4)
     camera = gtao.OrthographicCamera(width=30, height=20, view_height=7.3)
-    assert frames.default_radius(gtao.GBuffer(z, None, camera)) == pytest.approx(0.73)
+    assert views.default_radius(gtao.GBuffer(z, None, camera)) == pytest.approx(0.73)
 
 
 @pytest.mark.parametrize(
@@ -256,7 +256,7 @@ def test_a_folder_of_scene_folders(tmp_path):
     for name in ("barn", "attic"):
         (tmp_path / name).mkdir()
         (tmp_path / name / "scene.xml").write_text("<scene/>")
-    assert frames.sources([str(tmp_path), "trench"]) == {
+    assert views.sources([str(tmp_path), "trench"]) == {
         "attic": str(tmp_path / "attic" / "scene.xml"),
         "barn": str(tmp_path / "barn" / "scene.xml"),
         "trench": "trench",
@@ -265,7 +265,7 @@ def test_a_folder_of_scene_folders(tmp_path):
 
 def test_bad_sources(tmp_path):
     with pytest.raises(gtao.SceneError, match=r"holds no \.xml scene"):
-        frames.sources([str(tmp_path)])
+        views.sources([str(tmp_path)])
     z = np.full((16, 16), 4.0, np.float32)
     io.write_gbuffer(tmp_path / "bare.exr", gtao.GBuffer(z, None, gtao.PerspectiveCamera(16, 16, 1.0)))
     config = workflows.CompareConfig(scenes=(str(tmp_path / "bare.exr"),), **SMALL)

@@ -138,7 +138,7 @@ def test_the_numbers_are_those_of_the_images(outcome, cut):
 
 def test_the_truth_and_what_methods_are_given_share_no_rays():
     config = workflows.CompareLightingConfig(scenes=("trench",), methods=("slice-moments",), **SMALL)
-    (frame,) = frames.views_of("trench", "trench", config, lambda _: lambda *_: None)
+    (frame,) = frames.frames_of("trench", "trench", config, lambda _: lambda *_: None)
     runs = [*frame.truths, *(run for run in frame.harmonics["ray-traced visibility"]["slice-moments"])]
     noise = [run[:, :9] - runs[0][:, :9] for run in runs[1:]]
     for i, one in enumerate(noise):
@@ -341,7 +341,7 @@ def test_twins_are_no_rivals_under_smooth_light():
 def test_twins_are_the_same_under_smooth_light():
     """By their harmonics of bands 0 to 2; the triple product, which is no twin, differs there."""
     config = workflows.CompareLightingConfig(scenes=("corner_boxes",), resolution=16, spp=32)
-    (frame,) = frames.views_of("corner_boxes", "corner_boxes", config, lambda _: lambda *_: None)
+    (frame,) = frames.frames_of("corner_boxes", "corner_boxes", config, lambda _: lambda *_: None)
     assert set(methods.TWINS) == {"slice-moments-4", "moment-zh-4", "cone-matched-4", "clipped-cone-4"}
     for found in frame.harmonics.values():
         low = {name: runs[0][:, :9] for name, runs in found.items()}

@@ -1,7 +1,7 @@
 """Frames with ray-traced truth: rendered from scenes, or read from files."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from gtao import io, render
-from gtao.errors import ConfigError, SceneError
+from gtao.errors import ConfigError
 from gtao.gbuffer import GBuffer
-from gtao.workflows.views import open_scene, scene_names
+from gtao.workflows.views import View, scene_views
 
 from .settings import CompareConfig
 
-__all__ = ["Frame", "default_radius", "frames", "origin", "reach", "sources"]
+__all__ = ["Frame", "frames"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,25 +48,6 @@ class Frame:
         return image[n : image.shape[0] - n, n : image.shape[1] - n]
 
 
-def sources(given: Sequence[str]) -> dict[str, str]:
-    """Name -> source of every scene; folders stand for the scenes and EXR files in them, and */scene.xml below.
-
-    Raises:
-        SceneError: a folder holds none, or a source is given twice.
-    """
-    found: list[str] = []
-    for source in given:
-        folder = Path(source)
-        if source in render.scenes.names() or not folder.is_dir():
-            found.append(source)
-            continue
-        inside = sorted(str(path) for pattern in ("*.xml", "*/scene.xml", "*.exr") for path in folder.glob(pattern))
-        if not inside:
-            raise SceneError(f"folder {source} holds no .xml scene and no .exr frame")
-        found += inside
-    return scene_names(found or render.scenes.names("procedural"))
-
-
 def frames(name: str, source: str, config: CompareConfig, progress: Any) -> Iterator[Frame]:
     """The frames of one source: one per camera, or one per file.
 
@@ -78,57 +59,28 @@ def frames(name: str, source: str, config: CompareConfig, progress: Any) -> Iter
     if source.lower().endswith(".exr"):
         yield _from_exr(name, Path(source), config)
         return
-    scene, n_sensors = open_scene(source, config.resolution)
-    for sensor in range(n_sensors if config.all_sensors else 1):
-        label = name if n_sensors == 1 or not config.all_sensors else f"{name}, camera {sensor}"
-        yield _render(scene, sensor, label, source, config, progress)
+    given = {"all_sensors": config.all_sensors, "radius": config.radius}
+    for view in scene_views(name, source, config.resolution, **given, albedo=False):
+        yield _render(view, config, progress)
 
 
-def default_radius(g: GBuffer) -> float:
-    """A tenth of the frame's height at the median depth, to two digits."""
-    z = g.view_z.numpy()[g.mask.numpy()]
-    height = g.shape[0] / g.camera.fy
-    radius = 0.1 * height * (1.0 if g.camera.is_orthographic else float(np.median(z)))
-    digits = 1 - math.floor(math.log10(radius))
-    return round(radius, digits)
-
-
-def reach(source: str, g: GBuffer, given: float | None) -> float:
-    """Radius for a frame: the given one, the embedded scene's own, or :func:`default_radius`."""
-    if given is not None:
-        return given
-    return render.scenes.get(source).radius if source in render.scenes.names() else default_radius(g)
-
-
-def origin(scene: Any, sensor: int, source: str) -> dict[str, Any]:
-    """What a record says of a view: where its scene comes from, with hashes of that and of what the camera sees."""
-    view = render.fingerprint(scene, sensor)
-    embedded = source in render.scenes.names()
-    entry = {"path": f"embedded:{source}", "sha256": view} if embedded else io.file_entry(source)
-    return entry | {"view": view}
-
-
-def _render(scene: Any, sensor: int, name: str, source: str, config: CompareConfig, progress: Any) -> Frame:
-    g = render.gbuffer(scene, sensor, albedo=False)
-    mask = g.mask.numpy()
-    if not mask.any():
-        raise SceneError(f"no pixel of scene {source} shows a surface; point its camera at one")
-    radius = reach(source, g, config.radius)
-    guard_px = math.ceil(config.guard * max(g.shape))
-    wide = render.gbuffer(scene, sensor, albedo=False, guard_px=guard_px) if guard_px else None
+def _render(view: View, config: CompareConfig, progress: Any) -> Frame:
+    guard_px = math.ceil(config.guard * max(view.g.shape))
+    wide = render.gbuffer(view.scene, view.sensor, albedo=False, guard_px=guard_px) if guard_px else None
     truth = render.visibility(
-        scene, g, radius, config.spp, config.seed, sensor=sensor, bent_normal=False, progress=progress
-    )
+        view.scene, view.g, view.radius, config.spp, config.seed, sensor=view.sensor, bent_normal=False,
+        progress=progress,
+    )  # fmt: skip
     return Frame(
-        name=name,
-        source=origin(scene, sensor, source),
-        g=g,
+        name=view.name,
+        source=view.source,
+        g=view.g,
         wide=wide,
         guard_px=guard_px,
         truth=truth.mean.numpy(),
         variance=truth.variance.numpy(),
-        mask=mask,
-        radius=radius,
+        mask=view.mask,
+        radius=view.radius,
     )
 
 

@@ -8,9 +8,9 @@ from typing import Any
 
 from gtao import io, plot
 from gtao.workflows.outputs import OutputDirectory
-from gtao.workflows.views import portable
+from gtao.workflows.views import portable, sources
 
-from .frames import Frame, frames, sources
+from .frames import Frame, frames
 from .ladder import height_field
 from .measuring import DEFAULTS, measure
 from .settings import CompareConfig

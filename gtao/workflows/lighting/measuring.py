@@ -71,21 +71,21 @@ def measure(
         under all of the light. All errors are relative to its mean over the surface, and free of the noise of rays.
         None where hardly any light gets to the surface.
     """
-    whole = to_view(environment.project(ORDER), render.view_to_world(frame.scene, frame.sensor))
+    whole = to_view(environment.project(ORDER), render.view_to_world(frame.view.scene, frame.view.sensor))
     traced = render.irradiance(
-        frame.scene,
-        g=frame.g,
-        max_distance=frame.radius,
+        frame.view.scene,
+        g=frame.view.g,
+        max_distance=frame.view.radius,
         spp=config.spp,
         seed=(config.seed + RUNS) % 2**32,
         environment=environment,
-        sensor=frame.sensor,
+        sensor=frame.view.sensor,
     )
     truth = traced.mean.numpy()
-    if truth[frame.mask].mean() <= DARK * _open_mean(environment):
+    if truth[frame.view.mask].mean() <= DARK * _open_mean(environment):
         return None
     truths = {cut: _Image.of(frame.truths, whole[: (order + 1) ** 2]) for cut, order in CUTS.items()}
-    truths[ALL] = _Image(truth[frame.mask].astype(np.float64), traced.variance.numpy()[frame.mask])
+    truths[ALL] = _Image(truth[frame.view.mask].astype(np.float64), traced.variance.numpy()[frame.view.mask])
     mean = float(truths[ALL].mean.mean())
     truths[WINDOWED] = truths[ALL]
     windowed = {order: light.windowed(whole, order) for order in ORDERS}
@@ -99,10 +99,10 @@ def measure(
         if cut == ALL:
             rows += [_row(name, LIMITS, truths[name], reference, mean) for name in CUTS]
         comparisons[cut] = SceneComparison(
-            name=frame.name,
-            radius=frame.radius,
+            name=frame.view.name,
+            radius=frame.view.radius,
             truth=truth.mean(-1) / mean,
-            mask=frame.mask,
+            mask=frame.view.mask,
             methods=rows,
             noise=evaluate.noise_floor(reference.variance) / mean,
         )
@@ -125,23 +125,23 @@ def _row(name: str, group: str, image: _Image, reference: _Image, mean: float) -
 
 def view(frame: LightingFrame, environment: EnvironmentMap, name: str, truth: np.ndarray) -> LightingView:
     """Pictures of the surface under one light, from dense slices, as a diffuse surface of its albedo shows it."""
-    light = to_view(environment.project(ORDER), render.view_to_world(frame.scene, frame.sensor))
-    albedo = frame.g.albedo
+    light = to_view(environment.project(ORDER), render.view_to_world(frame.view.scene, frame.view.sensor))
+    albedo = frame.view.g.albedo
 
     def radiance(irradiance: np.ndarray) -> np.ndarray:
-        return diffuse_radiance(frame.g.types.Tensor(irradiance.astype(np.float32)), albedo).numpy()
+        return diffuse_radiance(frame.view.g.types.Tensor(irradiance.astype(np.float32)), albedo).numpy()
 
     methods = frame.harmonics[DENSE]
     images = {}
     for method in [name for name in PICTURED if name in methods] or list(methods)[: len(PICTURED)]:
         image = np.zeros(truth.shape)
-        image[frame.mask] = methods[method][0] @ light
+        image[frame.view.mask] = methods[method][0] @ light
         images[method] = radiance(image)
     return LightingView(
-        frame=frame.name,
+        frame=frame.view.name,
         light=name,
         source=DENSE,
-        mask=frame.mask,
+        mask=frame.view.mask,
         truth=radiance(truth),
         images=images,
     )

@@ -10,9 +10,9 @@ from typing import Any
 from gtao import io, plot
 from gtao.errors import SceneError
 from gtao.workflows.outputs import OutputDirectory
-from gtao.workflows.views import portable
+from gtao.workflows.views import portable, scenes_only
 
-from .frames import LightingFrame, scene_sources, views_of
+from .frames import LightingFrame, frames_of
 from .lights import Light, lights, placed
 from .measuring import ALL, CUTS, LIMITS, measure, view
 from .methods import DENSE
@@ -83,14 +83,15 @@ class _Results:
     def add(self, frame: LightingFrame, given: list[Light]) -> None:
         index = len(self.origins)
         turn = index * self.config.turn
-        self.origins.append(frame.source | {"radius": frame.radius, "up": frame.up, "turn": turn})
-        progress = self.tasks(f"  {frame.name}: light")
+        self.origins.append(frame.view.source | {"radius": frame.view.radius, "up": frame.up, "turn": turn})
+        progress = self.tasks(f"  {frame.view.name}: light")
         for i, light in enumerate(given):
             progress(i, len(given))
             environment = placed(light, frame.up, turn)
             measured = measure(frame, light, environment, self.config)
             if measured is None:
-                self.notes.append(f"Left out, because hardly any light gets there: {frame.name} under {light.name}.")
+                pair = f"{frame.view.name} under {light.name}"
+                self.notes.append(f"Left out, because hardly any light gets there: {pair}.")
                 continue
             for cut, scene in measured[0].items():
                 self.scenes[light.name].setdefault(cut, []).append(scene)
@@ -137,14 +138,14 @@ def compare_lighting(
         RecordError: the record cannot be written.
     """
     config = CompareLightingConfig() if config is None else config
-    given = scene_sources(config)
+    given = scenes_only(config.scenes)
     light = lights(config.lights)
     directory = OutputDirectory(output)
     results = _Results([one.name for one in light], config, progress)
     steps = results.tasks("scenes")
     for i, (name, source) in enumerate(given.items()):
         steps(i, len(given))
-        for frame in views_of(name, source, config, results.tasks):
+        for frame in frames_of(name, source, config, results.tasks):
             results.add(frame, light)
             gc.collect()
     steps(len(given), len(given))
