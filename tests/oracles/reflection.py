@@ -1,46 +1,40 @@
-"""Reflection of GGX surfaces by quadrature of its definition, in float64: n = z, the viewer in the xz plane."""
+"""Reflection of the light in a cone by brute force: stratified visible normals, counted if they reflect into it."""
 
 import numpy as np
 
 
-def frame(theta_o, beta, chi):
-    """Unit vectors to the viewer and along a cone's axis, which is ``beta`` from the reflected direction."""
-    c, s = np.cos(theta_o), np.sin(theta_o)
-    v, reflected, upward = np.array([-s, 0, c]), np.array([s, 0, c]), np.array([-c, 0, s])
-    aside = np.cos(chi) * upward + np.sin(chi) * np.array([0.0, 1, 0])
-    return v, np.cos(beta) * reflected + np.sin(beta) * aside
+def frame(beta, theta_o, chi):
+    """Axis of the cone, reflected direction and direction to the camera; the normal is z."""
+    w_r = np.array([np.sin(theta_o), 0.0, np.cos(theta_o)])
+    e_n = np.array([-np.cos(theta_o), 0.0, np.sin(theta_o)])
+    y = np.array([0.0, 1.0, 0.0])
+    b = np.cos(beta) * w_r + np.sin(beta) * (np.cos(chi) * e_n + np.sin(chi) * y)
+    return b, w_r, np.array([-np.sin(theta_o), 0.0, np.cos(theta_o)])
 
 
-def split_brdf(wi, wo, alpha):
-    """f_r cos θ_i of directions (…, 3), for reflectance 1 - k and k: (2, …)."""
-    h = wi + wo
-    h /= np.linalg.norm(h, axis=-1, keepdims=True)
-    ci, co = np.maximum(wi[..., 2], 0), wo[2]
-    d = alpha**2 / (np.pi * (h[..., 2] ** 2 * (alpha**2 - 1) + 1) ** 2)
-    roots = [np.sqrt(alpha**2 + (1 - alpha**2) * c * c) for c in (ci, co)]
-    f = d * 0.5 / (co * roots[0] + ci * roots[1]) * ci
-    k = (1 - h @ wo) ** 5
-    return np.stack([f * (1 - k), f * k])
+def cone_terms(alpha_v, beta, alpha, theta_o, chi, n=2000):
+    """(A_V, B_V) from n² microfacet normals in strata of the spherical cap of Dupuy and Benyoub (2023).
 
+    The density of a reflected direction is D G1 / (4 cos θ_o), so that a normal counts for G2 / G1.
+    """
+    b, _, wo = frame(beta, theta_o, chi)
+    u, v = np.meshgrid((np.arange(n) + 0.5) / n, (np.arange(n) + 0.5) / n)
+    stretched = np.array([alpha * wo[0], 0.0, wo[2]]) / np.hypot(alpha * wo[0], wo[2])
+    z = 1 - v * (1 + stretched[2])
+    r = np.sqrt(np.maximum(1 - z * z, 0))
+    m = np.stack([r * np.cos(2 * np.pi * u), r * np.sin(2 * np.pi * u), z]) + stretched[:, None, None]
+    h = np.stack([alpha * m[0], alpha * m[1], np.maximum(m[2], 0)])
+    h /= np.sqrt((h * h).sum(0))
+    vh = np.tensordot(wo, h, 1)
+    wi = 2 * vh * h - wo[:, None, None]
+    seen = (wi[2] > 0) & (np.tensordot(b, wi, 1) >= np.cos(alpha_v))
 
-def in_cone(axis, alpha_v, wo, alpha, n_polar=400, n_azimuth=1600):
-    """A_V and B_V of a cone about any axis, cut by the horizon: Gauss in the polar angle, midpoints in azimuth."""
-    x, w = np.polynomial.legendre.leggauss(n_polar)
-    theta, w = alpha_v * (x + 1) / 2, alpha_v * w / 2
-    phi = 2 * np.pi * (np.arange(n_azimuth) + 0.5) / n_azimuth
-    across = np.cross(axis, [1.0, 0, 0] if abs(axis[0]) < 0.7 else [0, 1.0, 0])
-    across /= np.linalg.norm(across)
-    ring = np.cos(phi)[:, None] * across + np.sin(phi)[:, None] * np.cross(axis, across)
-    wi = np.cos(theta)[:, None, None] * axis + np.sin(theta)[:, None, None] * ring
-    return split_brdf(wi, wo, alpha) @ np.full(n_azimuth, 2 * np.pi / n_azimuth) @ (w * np.sin(theta))
+    def smith(c):
+        """Λ of the slopes of GGX."""
+        tangent2 = (1 - c * c) / np.maximum(c * c, 1e-300)
+        return 0.5 * (np.sqrt(1 + alpha * alpha * tangent2) - 1)
 
-
-def whole(theta_o, alpha, n=400):
-    """A and B of the hemisphere: Gauss in the polar angle and in the azimuth, crowded about the plane of incidence."""
-    x, w = np.polynomial.legendre.leggauss(n)
-    y, w = (x + 1) / 2, w / 2
-    theta, phi = np.pi / 2 * y, np.pi * y**3
-    s, c = np.sin(theta)[:, None], np.cos(theta)[:, None]
-    wi = np.stack(np.broadcast_arrays(s * np.cos(phi), s * np.sin(phi), c), -1)
-    terms = split_brdf(wi, frame(theta_o, 0, 0)[0], alpha)
-    return 2 * terms @ (3 * np.pi * y**2 * w) @ (np.pi / 2 * w * s[:, 0])
+    here, there = smith(wo[2]), smith(np.where(seen, wi[2], 1.0))
+    weight = np.where(seen, (1 + here) / (1 + here + there), 0.0)
+    k = (1 - vh) ** 5
+    return np.array([(weight * (1 - k)).mean(), (weight * k).mean()])
