@@ -16,6 +16,7 @@ from .layers import layers, thickness
 from .loading import load_scene
 from .sensor import camera_from_sensor
 from .specular import Estimate, Specular, specular
+from .split import SplitIntegrals, split_integrals
 from .transport import Transport, transport
 from .truth import Visibility, visibility
 
@@ -24,6 +25,7 @@ __all__ = [
     "Estimate",
     "Irradiance",
     "Specular",
+    "SplitIntegrals",
     "Transport",
     "Visibility",
     "brdf",
@@ -39,6 +41,7 @@ __all__ = [
     "load_scene",
     "scenes",
     "specular",
+    "split_integrals",
     "thickness",
     "transport",
     "view_to_world",
