@@ -65,6 +65,23 @@ def test_nearer_the_truth_than_the_rival(scene, sensor):
     assert ours < 0.9 * theirs
 
 
+@pytest.mark.parametrize("scene", ["stairs", "foliage"])
+def test_bent_normals_are_nearer_the_truth_than_those_of_horizons(scene):
+    """Where thin things mix with thick ones: by 13 % and by half in the mean angle."""
+    info = render.scenes.get(scene)
+    loaded = render.load_scene(scene, resolution=96)
+    g = render.gbuffer(loaded, 0, albedo=False)
+    truth, surface = render.visibility(loaded, g, info.radius, 64, 5).bent_normal.numpy(), g.mask.numpy()
+    ours = gtao.Pipeline.recommended(info.radius, bent_normal=True)
+    horizons = gtao.GTAO(radius=info.radius, n_slices=3, n_steps=8, bent_normal=True)
+    theirs = gtao.Pipeline(occlusion=horizons, spatial=ours.spatial)
+    angle, other = (
+        np.arccos(np.clip(np.sum(p.step(g).bent_normal.numpy() * truth, axis=-1), -1, 1))[surface].mean()
+        for p in (ours, theirs)
+    )
+    assert angle < 0.9 * other
+
+
 def test_the_default_exponent_is_that_of_its_record():
     numbers = json.loads(STEPS.read_text())["numbers"]
     assert numbers["exponents"][int(np.argmin(numbers["score"]))] == numbers["chosen"]
