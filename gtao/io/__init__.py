@@ -57,6 +57,7 @@ from .records import read_record as read_record
 from .records import without_timestamps as without_timestamps
 from .records import write_record as write_record
 from .shaders import shader_code as shader_code
+from .table_code import table_code as table_code
 from .table_texels import TABLE_ENCODINGS as TABLE_ENCODINGS
 from .table_texels import TableEncoding as TableEncoding
 from .table_texels import decode_texels as decode_texels

@@ -21,6 +21,11 @@ class Language:
     absolute: str = "abs"
     floor: str = "floor"
     root: str = "sqrt"
+    exponential: str = "exp"
+    sine: str = "sin"
+    arcsine: str = "asin"
+    arctangent: str = "atan2"
+    choice: str = "({condition} ? {then} : {otherwise})"
     suffix: str = ""
 
     def number(self, x: float) -> str:
@@ -49,8 +54,16 @@ class Language:
         return f"{self.maximum}({a}, {b})"
 
     def call(self, function: str, value: str) -> str:
-        """``absolute``, ``floor`` or ``root`` of a value."""
+        """``absolute``, ``floor``, ``root``, ``exponential``, ``sine`` or ``arcsine`` of a value."""
         return f"{getattr(self, function)}({value})"
+
+    def angle(self, y: str, x: str) -> str:
+        """Of (x, y) from the first axis."""
+        return f"{self.arctangent}({y}, {x})"
+
+    def select(self, condition: str, then: str, otherwise: str) -> str:
+        """One of two numbers, both of which are computed."""
+        return self.choice.format(condition=condition, then=then, otherwise=otherwise)
 
 
 LANGUAGES: dict[str, Language] = {
@@ -63,11 +76,13 @@ LANGUAGES: dict[str, Language] = {
         colour_value="vec3 {name} = {value};",
         number_value="float {name} = {value};",
         splat="vec3({0})",
+        arctangent="atan",
     ),
     "wgsl": Language(
         colour_value="let {name} = {value};",
         number_value="let {name} = {value};",
         splat="vec3f({0})",
+        choice="select({otherwise}, {then}, {condition})",
     ),
     "c": Language(
         colour_value="const float {name} = {value};",
@@ -78,6 +93,10 @@ LANGUAGES: dict[str, Language] = {
         absolute="fabsf",
         floor="floorf",
         root="sqrtf",
+        exponential="expf",
+        sine="sinf",
+        arcsine="asinf",
+        arctangent="atan2f",
         suffix="f",
     ),
 }

@@ -151,8 +151,8 @@ def packing_code(name: str, language: str = "hlsl", weighting: str = "cosine") -
     if language == "c":
         lines += ["", "#include <math.h>"]
     if name in _WRITERS:
-        kind = "sh" if name == "sh16" else "texel"
-        lines += w.function(kind, f"Unpack{name.capitalize()}", _WRITERS[name](w, weighting))
+        given = {"sh": "nine"} if name == "sh16" else {"texel": "four"}
+        lines += w.function(f"Unpack{name.capitalize()}", "four", given, _WRITERS[name](w, weighting))
     if name in _MOMENTS:
-        lines += w.function("expand", "VisibilityHarmonics", harmonics(w, weighting))
+        lines += w.function("VisibilityHarmonics", "nine", {"moments": "four"}, harmonics(w, weighting))
     return "\n".join(lines) + "\n"
