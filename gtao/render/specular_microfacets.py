@@ -77,8 +77,9 @@ def balanced(density: Any, light: Any, direction: Any) -> Any:
 
 
 def light_direction(light: Any, sample: Any) -> Any:
-    """Unit direction in the world to a light far away, by its own density."""
-    return light.sample_direction(dr.zeros(mi.Interaction3f), sample)[0].d
+    """Unit direction in the world to a light far away, by its own density; any direction to a black one."""
+    direction = light.sample_direction(dr.zeros(mi.Interaction3f), sample)[0].d
+    return dr.select(dr.isfinite(direction.x), direction, mi.Vector3f(0, 0, 1))
 
 
 def _times(weights: tuple[Any, Any], colour: Any) -> tuple:

@@ -49,6 +49,8 @@ class Seen(Origins):
 
 def seen(hits: PrimaryHits, start: Origins, roughness: np.ndarray) -> Seen:
     """The start points with normals that are seen edge-on at most, and the roughness of their pixels, (H, W)."""
+    if not len(start):
+        return Seen(**vars(start), wo=mi.Vector3f(), alpha=mi.Float(), uv=mi.Point2f(), along=mi.Vector3f())
     pixels = math.prod(hits.camera.shape)
     towards = -pixel_centre_rays(hits.sensor).d + dr.zeros(mi.Vector3f, pixels)
     view = dr.gather(mi.Vector3f, towards, start.pixel)

@@ -13,6 +13,9 @@ from gtao.errors import ConfigError, ShapeError
 
 __all__ = ["Estimate", "Pair", "Specular", "Terms", "estimate_of"]
 
+#: Reflected shares below this count as none: what a mirror without F0 reflects straight back is in no ray.
+DARK = 1e-8
+
 
 class Estimate(NamedTuple):
     """Mean over rays, and the variance *of the mean* from independent batches; two tensors of one shape."""
@@ -72,8 +75,8 @@ class Terms:
         f0 = _channels(f0, self.mask.shape)
         A, B = np.moveaxis(self.hemisphere.astype(np.float64), -1, 0)[..., None]
         seen = Pair(self.visible.mean[..., None, :], self.visible.covariance[..., None, :])
-        # Without any reflectance, S is the limit F0 -> 0 of what is reflected.
-        dark = f0 * A + B <= 0
+        # Where nothing is reflected, S is what it is for the least F0.
+        dark = f0 * A + B < DARK
         f0_s = np.where(dark, 1, f0)
         mean, variance = seen.at(f0_s)
         whole = np.where(self.mask[..., None], f0_s * A + B, 1)

@@ -23,8 +23,11 @@ def split_brdf(wi, wo, alpha):
     return np.stack([f * (1 - k), f * k])
 
 
-def in_cone(axis, alpha_v, wo, alpha, n_polar=400, n_azimuth=1600):
-    """A_V and B_V of a cone about any axis, cut by the horizon: Gauss in the polar angle, midpoints in azimuth."""
+def in_cone(axis, alpha_v, wo, alpha, n_polar=400, n_azimuth=1600, light=None):
+    """A_V and B_V of a cone about any axis, cut by the horizon: Gauss in the polar angle, midpoints in azimuth.
+
+    With ``light``, a function of directions (…, 3), its three colours (2, 3) as they are reflected.
+    """
     x, w = np.polynomial.legendre.leggauss(n_polar)
     theta, w = alpha_v * (x + 1) / 2, alpha_v * w / 2
     phi = 2 * np.pi * (np.arange(n_azimuth) + 0.5) / n_azimuth
@@ -32,7 +35,9 @@ def in_cone(axis, alpha_v, wo, alpha, n_polar=400, n_azimuth=1600):
     across /= np.linalg.norm(across)
     ring = np.cos(phi)[:, None] * across + np.sin(phi)[:, None] * np.cross(axis, across)
     wi = np.cos(theta)[:, None, None] * axis + np.sin(theta)[:, None, None] * ring
-    return split_brdf(wi, wo, alpha) @ np.full(n_azimuth, 2 * np.pi / n_azimuth) @ (w * np.sin(theta))
+    weight = (w * np.sin(theta))[:, None] * np.full(n_azimuth, 2 * np.pi / n_azimuth)
+    terms = split_brdf(wi, wo, alpha) * weight
+    return terms.sum((1, 2)) if light is None else np.einsum("kij,ijc->kc", terms, light(wi))
 
 
 def whole(theta_o, alpha, n=400):

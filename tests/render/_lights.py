@@ -14,6 +14,11 @@ def rotation(seed):
     return q * np.linalg.det(q)
 
 
+def constant(*colour):
+    """The same radiance from everywhere."""
+    return EnvironmentMap(np.tile(np.float32(colour), (4, 8, 1)))
+
+
 def rough(height=8, seed=0, width=None):
     """Random texels, black ones among them, turned out of the axes."""
     rng = np.random.default_rng(seed)

@@ -11,9 +11,14 @@ N_RIM = 256
 PATCH = 1e-3
 
 
-def shell(theta_o, b, alpha_v, size=16):
-    """A speck at the origin with normal z, inside a sphere that is open within ``alpha_v`` of ``b``."""
-    vertices, faces = S.sphere_grid(64, N_RIM, alpha_v)
+def shell(theta_o, b, alpha_v, size=16, cap=False):
+    """A speck at the origin with normal z, inside a sphere that is open within ``alpha_v`` of ``b``.
+
+    With ``cap`` there is but the piece that would close it.
+    """
+    vertices, faces = S.sphere_grid(64, N_RIM, math.pi - alpha_v if cap else alpha_v)
+    if cap:
+        vertices = vertices * [1, 1, -1]
     across = np.cross(b, [1.0, 0, 0] if abs(b[0]) < 0.7 else [0, 1.0, 0])
     across /= np.linalg.norm(across)
     turned = vertices @ np.stack([across, np.cross(b, across), b])
