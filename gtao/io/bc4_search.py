@@ -88,8 +88,7 @@ class _Best:
 
     def improve(self, squares: _Squares, errors: np.ndarray) -> None:
         low, high = squares.low, squares.high
-        # Seven steps are coded by the greater byte first, so that they need two different bytes.
-        allowed = (low >= 0) & (high <= _TOP) & ((high > low) if squares.n_steps == 7 else (high >= low))
+        allowed = (low >= 0) & (high >= low) & (high <= _TOP)
         errors = np.where(allowed, errors, np.inf)
         block = np.flatnonzero(squares.n)
         starts = (np.cumsum(squares.n) - squares.n)[block]
@@ -99,6 +98,7 @@ class _Best:
         better = least < self.error[block]
         block, winner = block[better], winner[better]
         self.error[block] = least[better]
+        # Seven steps are coded by the greater byte first. Two equal ones mean the other palette, which has that level.
         ends = (high, low) if squares.n_steps == 7 else (low, high)
         self.first[block], self.second[block] = ends[0][winner], ends[1][winner]
 
