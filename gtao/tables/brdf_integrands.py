@@ -7,7 +7,7 @@ import drjit as dr
 
 from .brdf_rings import Axis
 
-__all__ = ["Integrand", "evaluated", "ggx_terms"]
+__all__ = ["Integrand", "ggx_terms", "terms_of"]
 
 #: Function of an axis and the displacement of a direction from ω_r to its channels.
 Integrand = Callable[[Axis, Any, Any, Any], tuple[Any, ...]]
@@ -28,11 +28,11 @@ def ggx_terms(axis: Axis, dx: Any, dy: Any, dz: Any) -> tuple[Any, Any]:
     return lobe - lobe * k, lobe * k
 
 
-def evaluated(brdf: Callable[[Any, Any], Any]) -> Integrand:
+def terms_of(brdf: Callable[[Any, Any], Any]) -> Integrand:
     """One channel, a function of the directions to the light and to the camera (n = z) that returns f_r cos θ_i.
 
-    The function gets and returns arrays of double precision, or returns what converts to that; it is called in turn
-    for every node.
+    The function gets arrays of double precision and returns one, or what converts to it. It is traced, not called for
+    every direction: it may only use operations of Dr.Jit.
     """
 
     def terms(axis: Axis, dx: Any, dy: Any, dz: Any) -> tuple[Any]:

@@ -9,14 +9,14 @@ import numpy as np
 from gtao import backend
 
 from .brdf_arcs import arcs
-from .brdf_integrands import evaluated, ggx_terms
+from .brdf_integrands import ggx_terms, terms_of
 from .brdf_panels import FIELDS, panels
 from .brdf_rings import axis_of, displacement, ring_of
 
-__all__ = ["cone_sums"]
+__all__ = ["panel_sums"]
 
 
-def cone_sums(
+def panel_sums(
     alpha_v: np.ndarray,
     beta: np.ndarray,
     alpha: np.ndarray,
@@ -26,13 +26,17 @@ def cone_sums(
     in_plane: bool,
     n_nodes: int,
     brdf: Callable[[Any, Any], Any] | None = None,
-) -> np.ndarray:
-    """(n, C) integrals over cones within the hemisphere, theory, eq. (158); arguments (n,), widths above 0.
+) -> tuple[np.ndarray, np.ndarray]:
+    """Integrals over cones within the hemisphere, theory, eq. (158), in parts; arguments (n,), widths above 0.
 
     Args:
         in_plane: every axis lies in the incidence plane, χ is 0 or π.
         n_nodes: Gauss nodes of every half of a panel in t, and of every half of an arc.
         brdf: as for :func:`gtao.tables.brdf.cone_terms`; None: the two terms of GGX.
+
+    Returns:
+        Index (m,) of the cone that a part belongs to, ascending, and the parts (m, C). Which parts a cone has does not
+        depend on the number of nodes, nor on the other cones.
     """
     Float = dr.float64_array_t(backend.default_float())
     UInt = dr.uint32_array_t(Float)
@@ -40,7 +44,7 @@ def cone_sums(
     n_lanes = len(cut.owner) * n_nodes
     n_channels = 2 if brdf is None else 1
     if n_lanes == 0:
-        return np.zeros((len(beta), n_channels))
+        return cut.owner, np.zeros((0, n_channels))
     grade, weight = (dr.opaque(Float(x)) for x in _nodes(n_nodes))
     lane = dr.arange(UInt, n_lanes)
     panel, node = lane // n_nodes, lane % n_nodes
@@ -50,9 +54,7 @@ def cone_sums(
     off, d_t = _Graded(length, scale)(dr.gather(Float, grade, node), dr.gather(Float, weight, node))
     ring = ring_of(axis, start + off, from_lobe + off)
     pieces = [(arc.start, _Graded(arc.length, arc.scale)) for arc in arcs(ring, in_plane)]
-    terms, mode = (ggx_terms, "symbolic") if brdf is None else (evaluated(brdf), "evaluated")
-    if brdf is not None:
-        dr.eval(ring, [(first, of.half, of.stretch) for first, of in pieces])
+    terms = ggx_terms if brdf is None else terms_of(brdf)
     n = dr.opaque(UInt, n_nodes)
     sums = tuple(dr.zeros(Float, n_lanes) for _ in range(n_channels))
     for first, of in pieces:
@@ -66,12 +68,12 @@ def cone_sums(
             return k + 1, *(dr.fma(d_phi, f, total) for f, total in zip(channels, sums, strict=True))
 
         state = (dr.zeros(UInt, n_lanes), *sums)
-        _, *sums = dr.while_loop(state, more, body, labels=("k", *"ab"[:n_channels]), mode=mode)
+        _, *sums = dr.while_loop(state, more, body, labels=("k", *"ab"[:n_channels]))
     rings = [(2 if in_plane else 1) * ring.sin_t * d_t * total for total in sums]
     dr.eval(rings)
     # Sums in a fixed order: the bits do not depend on the number of threads.
     blocks = [dr.block_sum(x, n_nodes, mode="evaluated").numpy() for x in rings]
-    return np.stack([np.bincount(cut.owner, block, len(beta)) for block in blocks], axis=-1)
+    return cut.owner, np.stack(blocks, axis=-1)
 
 
 class _Graded:
