@@ -32,8 +32,9 @@ def hemisphere_terms(cos_o: Any, alpha: Any) -> tuple[Any, Any]:
     co, al = mi.Float64(cos_o), mi.Float64(alpha)
     al = dr.select(al > LEAST_ALPHA, al, LEAST_ALPHA)
     sin_o = dr.safe_sqrt(dr.fma(-co, co, 1))
-    cos_phi, edge, weight = (mi.Float64(row) for row in _nodes())
-    n = dr.opaque(mi.UInt32, dr.width(edge))
+    cos_phi, d_phi = (mi.Float64(row) for row in _azimuth())
+    polar = _polar()
+    n = dr.opaque(mi.UInt32, dr.width(d_phi))
 
     def more(i: Any, A: Any, B: Any) -> Any:
         return i < n
@@ -41,17 +42,23 @@ def hemisphere_terms(cos_o: Any, alpha: Any) -> tuple[Any, Any]:
     def body(i: Any, A: Any, B: Any) -> tuple:
         c = sin_o * dr.gather(mi.Float64, cos_phi, i)
         # tan θ = α tan ξ spreads half vectors by the distribution; the last one reflects along the horizon.
-        last = dr.atan2(dr.tan(0.5 * dr.atan2(co, c)), al)
-        sin_xi, cos_xi = dr.sincos(last * dr.gather(mi.Float64, edge, i))
-        t = al * sin_xi / cos_xi
-        hz = 1 / dr.sqrt(dr.fma(t, t, 1))
-        vh = hz * (co - c * t)
-        ci = 2 * vh * hz - co
-        ci = dr.select(ci > 0, ci, 0)
-        share = dr.gather(mi.Float64, weight, i) * last * sin_xi * cos_xi * vh / hz
-        f = share * ci * smith_visibility(ci, co, al)
-        k = schlick(vh)
-        return i + 1, A + f * (1 - k), B + f * k
+        last = (dr.sqrt(dr.fma(co, co, c * c)) - c) / (al * co)
+        last = last / (1 + dr.sqrt(dr.fma(last, last, 1)))
+        a, b = mi.Float64(0), mi.Float64(0)
+        for share, weight in polar:
+            # q = tan ξ/2 makes all of it algebraic.
+            q = last * share
+            p2, m2 = dr.fma(q, q, 1), dr.fma(-q, q, 1)
+            t = 2 * al * q / m2
+            h2 = 1 / dr.fma(t, t, 1)
+            slope = dr.fma(-c, t, co)
+            ci = dr.fma(2 * h2, slope, -co)
+            ci = dr.select(ci > 0, ci, 0)
+            f = weight * slope * q * m2 / (p2 * p2 * p2) * ci * smith_visibility(ci, co, al)
+            k = schlick(slope * dr.sqrt(h2))
+            a, b = dr.fma(f, 1 - k, a), dr.fma(f, k, b)
+        scale = last * dr.gather(mi.Float64, d_phi, i)
+        return i + 1, dr.fma(scale, a, A), dr.fma(scale, b, B)
 
     zero = dr.zeros(mi.Float64, max(dr.width(co), dr.width(al)))
     state = (dr.zeros(mi.UInt32, dr.width(zero)), zero, mi.Float64(zero))
@@ -60,16 +67,21 @@ def hemisphere_terms(cos_o: Any, alpha: Any) -> tuple[Any, Any]:
 
 
 @functools.cache
-def _nodes() -> np.ndarray:
-    """Rows, one column per node: cosine of the azimuth, ξ over its last value, and the weight with all constants."""
+def _azimuth() -> np.ndarray:
+    """Rows: cosine of the azimuth, and dφ."""
     y, w = _gauss(N_AZIMUTH)
     off, d_off = 0.5 * math.pi * y**AZIMUTH_POWER, 0.5 * math.pi * AZIMUTH_POWER * y ** (AZIMUTH_POWER - 1) * w
-    cos_phi, d_phi = np.concatenate([np.sin(off), -np.sin(off)]), np.tile(d_off, 2)
+    return np.stack([np.concatenate([np.sin(off), -np.sin(off)]), np.tile(d_off, 2)])
+
+
+@functools.cache
+def _polar() -> tuple[tuple[float, float], ...]:
+    """Pairs of tan ξ/2 over its last value, and the weight with all constants."""
     y, w = _gauss(N_POLAR)
     share, d_share = 1 - y**POLAR_POWER, POLAR_POWER * y ** (POLAR_POWER - 1) * w
-    # D cos θ dω = 2 sin ξ cos ξ dξ dφ / 2π, dω_i = 4 ⟨v, h⟩ dω, and both halves of the azimuth are alike.
-    rows = np.broadcast_arrays(cos_phi[:, None], share, (8 / math.pi) * d_phi[:, None] * d_share)
-    return np.stack([row.ravel() for row in rows])
+    # D cos θ dω = 2 sin ξ cos ξ dξ dφ / 2π, dω_i = 4 ⟨v, h⟩ dω, both halves of the azimuth are alike, and
+    # sin ξ cos ξ dξ = 4 q (1 - q²) / (1 + q²)³ dq.
+    return tuple(zip(share.tolist(), (32 / math.pi * d_share).tolist(), strict=True))
 
 
 def _gauss(n: int) -> tuple[np.ndarray, np.ndarray]:

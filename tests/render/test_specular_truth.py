@@ -12,8 +12,11 @@ from oracles import glossy, golden
 from gtao import ConfigError, GBuffer, SceneError, ShapeError, render
 from gtao.lighting import EnvironmentMap
 from gtao.render import chunks
+from gtao.render.specular_hemisphere import hemisphere_terms
+from gtao.tables import brdf
 
 import drjit as dr  # isort: skip
+import mitsuba as mi  # isort: skip
 
 
 def float64(tensor):
@@ -77,6 +80,14 @@ def test_the_hemisphere_is_exact(roughness):
             expected = glossy.whole(np.arccos(c), roughness**2)
         # Rounding of the cosine in single precision; the slopes by it are below 10.
         np.testing.assert_allclose(found, expected, rtol=0, atol=3e-6)
+
+
+def test_the_hemisphere_of_the_tables():
+    """Two quadratures on different variables, from mirrors to grazing views."""
+    alpha, theta_o = (x.ravel() for x in np.meshgrid([0.001, 0.01, 0.1, 0.3, 1.0], [0.0, 0.5, 1.2, 1.5, 1.56]))
+    ours = hemisphere_terms(mi.Float64(np.cos(theta_o)), mi.Float64(alpha))
+    tables = brdf.hemisphere_terms(alpha, theta_o).values
+    np.testing.assert_allclose(np.stack([x.numpy() for x in ours], -1), tables, rtol=0, atol=1e-6)
 
 
 @pytest.mark.parametrize("roughness", [0.0, 0.3, 1.0])
