@@ -13,7 +13,7 @@ from .errors import ShapeError
 from .kernels import fetch, normals, pyramid
 from .layers import DepthLayers
 from .surface import NUMBERS, derived_normals, points
-from .tensors import scalar, to_tensor, window
+from .tensors import scalar, to_tensor, vectors, window
 from .validation import check, check_layers
 
 __all__ = ["GBuffer"]
@@ -212,7 +212,7 @@ class GBuffer:
 
     def normal_arrays(self):
         """The normals as an Array3."""
-        return dr.unravel(self.types.Array3, self.normal_v.array)
+        return vectors(self.normal_v.array, self.types)
 
     def normals_to_be_normalised(self):
         """The normals, flat, and the tolerance with which :func:`gtao.kernels.normals.unit` is to normalise them.
@@ -231,8 +231,7 @@ class GBuffer:
         if self._from_depth:
             n = derived_normals(self.view_z.array, self.camera, T)
         else:
-            given = T.Array3(dr.unravel(T.Array3, self._given))
-            n = dr.ravel(normals.unit(given, self.mask.array, _rounding(T.Float)))
+            n = dr.ravel(normals.unit(vectors(self._given, T), self.mask.array, _rounding(T.Float)))
         return T.Tensor(n, (*self.shape, 3))
 
     def __repr__(self) -> str:

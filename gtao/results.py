@@ -8,7 +8,7 @@ import drjit as dr
 from . import display
 from .backend import types_of
 from .planes import PlanarImage, Planes
-from .tensors import window
+from .tensors import vectors, window
 
 __all__ = ["AmbientOcclusion"]
 
@@ -61,7 +61,7 @@ class AmbientOcclusion:
         length2 = sum(b * b for b in B)
         seen = length2 > 0
         rcp = dr.rsqrt(dr.select(seen, length2, 1))
-        fallback = (0, 0, 1) if self.normal_v is None else dr.unravel(T.Array3, self.normal_v.array)
+        fallback = (0, 0, 1) if self.normal_v is None else vectors(self.normal_v.array, T)
         unit = (dr.select(seen, b * rcp, n) for b, n in zip(B, fallback, strict=True))
         return Planes(tuple(unit), planes.shape).tensor()
 
@@ -86,7 +86,7 @@ class AmbientOcclusion:
         B, seen = T.Array3(*directions.arrays), self.visibility if self.unshaped is None else self.unshaped
         # The background is visible, without a direction.
         background = (dr.squared_norm(B) == 0) & (seen.array > 0)
-        cosine = 2 * dr.dot(dr.unravel(T.Array3, self.normal_v.array), B)
+        cosine = 2 * dr.dot(vectors(self.normal_v.array, T), B)
         return T.Tensor(dr.select(background, 1, cosine), self.visibility.shape)
 
     def planes(self, name: str) -> Planes | None:

@@ -7,7 +7,7 @@ import drjit as dr
 from . import backend
 from .errors import ShapeError
 
-__all__ = ["scalar", "to_tensor", "window"]
+__all__ = ["scalar", "to_tensor", "vectors", "window"]
 
 
 def to_tensor(value: Any, name: str, shape: tuple[int, ...], *, like: Any = None, copy: bool = True):
@@ -66,6 +66,19 @@ def scalar(value: Any, Float: Any):
     A literal would be baked into the kernel, and every new value compile it again.
     """
     return dr.opaque(Float(value)) if dr.is_array_v(value) else dr.opaque(Float, float(value))
+
+
+def vectors(flat: Any, T: Any):
+    """The Array3 of three numbers per pixel that lie side by side in an array.
+
+    Not ``dr.unravel``: in reverse mode, what one reader of the array adds to its gradient would overwrite what another
+    one has added.
+
+    Args:
+        T: array types; see :func:`gtao.backend.types_of`.
+    """
+    first = dr.arange(T.UInt, dr.width(flat) // 3) * 3
+    return T.Array3(*(dr.gather(T.Float, flat, first + axis) for axis in range(3)))
 
 
 def window(tensor: Any, x0: int, y0: int, width: int, height: int, *, axis: int = 0):

@@ -122,8 +122,6 @@ class Job:
 
     def _own3(self, flat):
         """The same of three numbers per pixel."""
-        if self.rows is None:
-            return dr.unravel(self.types.Array3, flat)
         first = self.lane_index() * 3
         return self.types.Array3(*(dr.gather(self.types.Float, flat, first + axis) for axis in range(3)))
 

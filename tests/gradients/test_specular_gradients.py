@@ -24,6 +24,8 @@ METHODS = {
     "uludag": (gtao.ConeCone(reflection="uludag"), DIRECTIONAL),
     "u": (lambda x: gtao.ConeCone(u=x["u"]), DIRECTIONAL | {"u"}),
     "cone table": (lambda x: table("cone-cone", "linear", x), DIRECTIONAL | {"values"}),
+    "lobe": (gtao.ConeLobe(), DIRECTIONAL),
+    "phong": (gtao.ConeLobe(distribution="phong", aperture="matched"), DIRECTIONAL),
     "lagarde": (gtao.Lagarde2014(), PLAIN),
     "visibility": (gtao.VisibilityAsSpecular(), {"A"}),
 }
@@ -64,7 +66,8 @@ def occluded(name, uniform=False, background=(BACKGROUND,), single=False, functi
 
     def f(inputs):
         g = gtao.GBuffer(native(z, single), inputs["normal"], CAMERA, validate=False)
-        ao = gtao.AmbientOcclusion(visibility=inputs["A"], mean_direction=inputs["B"], config=config)
+        images = {"visibility": inputs["A"], "mean_direction": inputs["B"], "normal_v": g.normal_v}
+        ao = gtao.AmbientOcclusion(**images, config=config)
         chosen = method(inputs) if callable(method) else method
         return function(ao, g, inputs["roughness"], inputs["f0"], chosen)
 
@@ -83,10 +86,16 @@ def moves(key):
 
 
 @each_method
-@pytest.mark.parametrize("uniform", [False, True], ids=["cosine", "uniform"])
-def test_everything_that_is_read(name, uniform):
+def test_everything_that_is_read(name):
     for key in METHODS[name][1]:
-        check(occluded(name, uniform), VALUES, key, moves(key))
+        check(occluded(name), VALUES, key, moves(key))
+
+
+@pytest.mark.parametrize("name", ["cones", "matched cones", "lagarde", "visibility"])
+def test_estimates_with_uniform_weighting(name):
+    """Apertures by solid angle; cosine-weighted visibility from the mean direction and the normal."""
+    for key in {"A", "B", "normal"} if METHODS[name][1] == DIRECTIONAL else {"B", "normal"}:
+        check(occluded(name, uniform=True), VALUES, key, moves(key))
 
 
 @each_method
@@ -152,3 +161,19 @@ def test_from_the_reflection_back_to_the_depth():
     check(f, inputs, "z", unit_moves(np.ones((10, 12), bool), 12, 4))
     check(f, inputs, "normal", unit_moves(np.ones((10, 12), bool), 6, 4, normal))
     check(f, inputs, "roughness")
+
+
+def test_what_several_readers_of_the_normals_add_up_to():
+    """Two occlusions, an irradiance and an estimate of one frame, whose normals all of them read."""
+    y, x = np.mgrid[: SHAPE[0], : SHAPE[1]]
+    z = 3 + 0.3 * np.sin(x / 2.1) * np.cos(y / 2.7)
+    method = gtao.GTAO(radius=1.5, n_slices=2, n_steps=4, weighting="uniform", bent_normal=True, falloff=None)
+
+    def f(inputs):
+        g = gtao.GBuffer(native(z), inputs["normal"], CAMERA, validate=False)
+        ao = gtao.ambient_occlusion(g, method)
+        plain = gtao.specular_occlusion(ao, g, 0.1, method=gtao.Lagarde2014())
+        lit = gtao.irradiance(inputs["sh"], g, ao, gtao.OcclusionTimesIrradiance())
+        return plain + gtao.specular_occlusion(ao, g, inputs["roughness"], method=gtao.ConeCone()) + lit
+
+    check(f, VALUES | {"sh": RNG.standard_normal(9)}, "normal", unit_moves(np.ones(SHAPE, bool), 6, 2, VALUES["normal"]))
