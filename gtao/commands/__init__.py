@@ -1,6 +1,7 @@
 """The subcommands of ``gtao``: thin wrappers that turn options into calls of :mod:`gtao.workflows` and friends."""
 
 from .files import export, export_packing, occlusion, render
+from .glossy import fit_aperture
 from .inspection import doctor, methods, scenes
 from .studies import compare, compare_lighting, refit
 from .tuning import tune
@@ -8,4 +9,17 @@ from .tuning import tune
 __all__ = ["COMMANDS"]
 
 #: In the order of the help.
-COMMANDS = (doctor, render, occlusion, refit, compare, compare_lighting, tune, export, export_packing, scenes, methods)
+COMMANDS = (
+    doctor,
+    render,
+    occlusion,
+    refit,
+    compare,
+    compare_lighting,
+    tune,
+    fit_aperture,
+    export,
+    export_packing,
+    scenes,
+    methods,
+)

@@ -1,5 +1,6 @@
 """Fits to ground truth: data in, coefficients or options of estimators with standard errors out. Never renders."""
 
+from .aperture import ApertureFit, ApertureSample, aperture
 from .diagnostics import Diagnostics, diagnose
 from .forms import evaluate
 from .multibounce import multibounce
@@ -20,6 +21,8 @@ __all__ = [
     "FLOOR",
     "PUBLISHED",
     "REPORT_ALBEDOS",
+    "ApertureFit",
+    "ApertureSample",
     "Candidate",
     "Diagnostics",
     "FitSettings",
@@ -35,6 +38,7 @@ __all__ = [
     "TunedParameter",
     "TuningResult",
     "TuningScores",
+    "aperture",
     "at_radius",
     "check_tuning",
     "compare_forms",

@@ -1,5 +1,6 @@
 """Figures and reports of results. Takes results, returns figures; computes nothing and opens no window."""
 
+from .aperture import aperture_by_roughness, aperture_curves, aperture_figures, aperture_report
 from .comparing import comparison_figures
 from .comparison import Comparison, MethodResult, SceneComparison
 from .comparison_images import comparison_images, error_budget_maps, signed_error_maps
@@ -22,6 +23,10 @@ __all__ = [
     "LightingView",
     "MethodResult",
     "SceneComparison",
+    "aperture_by_roughness",
+    "aperture_curves",
+    "aperture_figures",
+    "aperture_report",
     "coefficients",
     "compare_report",
     "comparison",

@@ -5,6 +5,7 @@ from .files import export_fit, occlusion_file, render_scene
 from .lighting import IRRADIANCE_METHODS, LIGHTS, CompareLightingConfig, CompareLightingOutcome, compare_lighting
 from .refit import RefitOutcome, refit
 from .settings import RefitConfig
+from .specular import FitApertureConfig, FitApertureOutcome, fit_aperture
 from .tuning import TuneOutcome, tune
 from .tuning_settings import TuneConfig
 
@@ -15,6 +16,8 @@ __all__ = [
     "CompareLightingConfig",
     "CompareLightingOutcome",
     "CompareOutcome",
+    "FitApertureConfig",
+    "FitApertureOutcome",
     "RefitConfig",
     "RefitOutcome",
     "TuneConfig",
@@ -22,6 +25,7 @@ __all__ = [
     "compare",
     "compare_lighting",
     "export_fit",
+    "fit_aperture",
     "occlusion_file",
     "refit",
     "render_scene",

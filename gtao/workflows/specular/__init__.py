@@ -1,1 +1,6 @@
-"""Occlusion of glossy reflections against ray-traced truth: what the comparison and the fit of apertures share."""
+"""Occlusion of glossy reflections against ray-traced truth."""
+
+from .aperture import FitApertureOutcome, fit_aperture
+from .aperture_settings import FitApertureConfig
+
+__all__ = ["FitApertureConfig", "FitApertureOutcome", "fit_aperture"]

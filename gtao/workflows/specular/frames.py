@@ -1,7 +1,9 @@
 """Views of scenes, with what rays and the depth buffer say of their glossy reflections under a white dome."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from itertools import product
+from typing import Protocol
 
 import numpy as np
 
@@ -10,7 +12,7 @@ from gtao.workflows.views import View, scene_views
 
 from .methods import TRACED, Given, screen_estimates, traced_estimates
 
-__all__ = ["RUNS", "GlossyFrame", "Tasks", "glossy_frames"]
+__all__ = ["RUNS", "GlossyFrame", "Settings", "Tasks", "glossy_frames"]
 
 #: Task -> function that takes (done, total) of it.
 Tasks = Callable[[str], Callable[[int, int], None]]
@@ -19,6 +21,25 @@ Tasks = Callable[[str], Callable[[int, int], None]]
 RUNS = 6
 #: Batches of a run: its noise comes from the other run, not from them.
 N_BATCHES = 2
+
+
+class Settings(Protocol):
+    """What the settings of every study of glossy reflections have."""
+
+    @property
+    def roughness(self) -> tuple[float, ...]: ...
+    @property
+    def f0(self) -> float: ...
+    @property
+    def radius(self) -> float | None: ...
+    @property
+    def resolution(self) -> int: ...
+    @property
+    def spp(self) -> int: ...
+    @property
+    def all_sensors(self) -> bool: ...
+    @property
+    def seed(self) -> int: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,45 +57,31 @@ class GlossyFrame:
     given: Mapping[str, tuple[Given, ...]]
 
 
-def glossy_frames(
-    name: str,
-    source: str,
-    *,
-    resolution: int | None,
-    all_sensors: bool,
-    radius: float | None,
-    roughness: Sequence[float],
-    f0: float,
-    spp: int,
-    seed: int,
-    tasks: Tasks,
-) -> Iterator[GlossyFrame]:
+def glossy_frames(name: str, source: str, config: Settings, tasks: Tasks) -> Iterator[GlossyFrame]:
     """The frames of one scene, one per camera.
 
     Raises:
         SceneError: the scene cannot be loaded, or shows no surface.
     """
-    for view in scene_views(name, source, resolution, all_sensors=all_sensors, radius=radius, albedo=False):
-        progress = tasks(f"  {view.name}: rays")
-        total, done = 2 * len(roughness) + 2, 0
-        truths = {}
-        for value in roughness:
-            pair = []
-            for run in range(2):
-                progress(done, total)
-                traced = render.specular(
-                    view.scene, view.g, value, f0, view.radius, spp // 2, (seed + run) % 2**32, sensor=view.sensor,
-                    n_batches=N_BATCHES,
-                )  # fmt: skip
-                pair.append(traced.occlusion.mean.numpy().astype(np.float64))
-                done += 1
-            truths[value] = (pair[0], pair[1])
-        rays = []
-        for run in range(2):
-            progress(done, total)
-            rays.append(traced_estimates(view, spp // 2, seed + 2 + 2 * run))
-            done += 1
+    given = {"all_sensors": config.all_sensors, "radius": config.radius}
+    for view in scene_views(name, source, config.resolution, **given, albedo=False):
+        yield _frame(view, config, tasks(f"  {view.name}: rays"))
+
+
+def _frame(view: View, config: Settings, progress: Callable[[int, int], None]) -> GlossyFrame:
+    half, total = config.spp // 2, 2 * len(config.roughness) + 2
+    seeds = [(config.seed + run) % 2**32 for run in range(RUNS)]
+    images: dict[float, list[np.ndarray]] = {value: [] for value in config.roughness}
+    for done, (value, run) in enumerate(product(config.roughness, range(2))):
         progress(done, total)
-        given: dict[str, tuple[Given, ...]] = {TRACED: (rays[0], rays[1])}
-        given |= {kind: (estimates,) for kind, estimates in screen_estimates(view, seed).items()}
-        yield GlossyFrame(view, truths, given)
+        given = {"sensor": view.sensor, "n_batches": N_BATCHES}
+        traced = render.specular(view.scene, view.g, value, config.f0, view.radius, half, seeds[run], **given)
+        images[value].append(traced.occlusion.mean.numpy().astype(np.float64))
+    rays = []
+    for run in range(2):
+        progress(total - 2 + run, total)
+        rays.append(traced_estimates(view, half, seeds[2 + 2 * run : 4 + 2 * run]))
+    progress(total, total)
+    sources: dict[str, tuple[Given, ...]] = {TRACED: (rays[0], rays[1])}
+    sources |= {kind: (estimates,) for kind, estimates in screen_estimates(view, config.seed).items()}
+    return GlossyFrame(view, {value: (a, b) for value, (a, b) in images.items()}, sources)

@@ -1,6 +1,6 @@
 """Methods of specular occlusion by name, and whose visibility and directions they are given."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -89,15 +89,13 @@ def _table(kind: str) -> data.SpecularTable:
     return data.shipped(kind)
 
 
-def traced_estimates(view: View, spp: int, seed: int) -> dict[str, AmbientOcclusion]:
+def traced_estimates(view: View, spp: int, seeds: Sequence[int]) -> dict[str, AmbientOcclusion]:
     """Weighting -> ray-traced visibility and directions as if they had been estimated from the frame."""
     tensor = view.g.types.Tensor
     found = {}
-    for k, weighting in enumerate(("cosine", "uniform")):
-        traced = render.visibility(
-            view.scene, view.g, view.radius, spp, (seed + k) % 2**32, sensor=view.sensor, weighting=weighting,
-            n_batches=2,
-        )  # fmt: skip
+    for weighting, seed in zip(("cosine", "uniform"), seeds, strict=True):
+        given = {"sensor": view.sensor, "weighting": weighting, "n_batches": 2}
+        traced = render.visibility(view.scene, view.g, view.radius, spp, seed, **given)
         found[weighting] = AmbientOcclusion(
             visibility=tensor(traced.mean.numpy()),
             mean_direction=tensor(traced.mean_direction.numpy()),

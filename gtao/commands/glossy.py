@@ -1,0 +1,65 @@
+"""Studies of glossy reflections: scenes in, a directory of results out."""
+
+from typing import Annotated
+
+import typer
+
+import gtao
+
+from .options import AllSensors, OutputDirectory, Quick, Radius, Resolution, Seed
+from .terminal import report
+
+__all__ = ["fit_aperture"]
+
+Scenes = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="[SCENE]...", help="Mitsuba .xml files, embedded scenes, or folders; default: all embedded."
+    ),
+]
+Roughness = Annotated[
+    list[float] | None, typer.Option(min=0, max=1, help="Perceptual roughness, repeatable; α is its square.")
+]
+F0 = Annotated[float | None, typer.Option("--f0", min=0, max=1, help="Reflectance at normal incidence.")]
+Rays = Annotated[int | None, typer.Option(min=16, help="Rays per pixel.")]
+
+
+def fit_aperture(
+    output: OutputDirectory,
+    scenes: Scenes = None,
+    roughness: Roughness = None,
+    f0: F0 = None,
+    source: Annotated[
+        str | None, typer.Option(help="Visibility and bent normals: 'traced', or 'dense' slices of the depth buffer.")
+    ] = None,
+    weighting: Annotated[str | None, typer.Option(help="Of both: 'cosine' or 'uniform'.")] = None,
+    aperture: Annotated[
+        str | None, typer.Option(help="Of the visibility cone: 'seed' as published, 'tilted' or 'matched'.")
+    ] = None,
+    metric: Annotated[str | None, typer.Option(help="'dssim' as published, or 'rmse'.")] = None,
+    radius: Radius = None,
+    resolution: Resolution = None,
+    spp: Rays = None,
+    all_sensors: AllSensors = False,
+    bootstrap: Annotated[int | None, typer.Option(min=0, help="Bootstrap draws for the interval.")] = None,
+    quick: Quick = False,
+    seed: Seed = 0,
+) -> None:
+    """Refit u of the reflection cone, cos α_s = u^(α²/2), to ray-traced specular occlusion."""
+    config = gtao.workflows.FitApertureConfig.from_options(
+        quick=quick,
+        scenes=tuple(scenes or ()),
+        roughness=tuple(roughness or ()),
+        f0=f0,
+        source=source,
+        weighting=weighting,
+        aperture=aperture,
+        metric=metric,
+        radius=radius,
+        resolution=resolution,
+        spp=spp,
+        all_sensors=all_sensors,
+        n_bootstrap=bootstrap,
+        seed=seed,
+    )
+    report(gtao.workflows.fit_aperture, config, output)
