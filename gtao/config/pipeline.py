@@ -33,7 +33,13 @@ class Pipeline:
 
     @classmethod
     def recommended(cls, radius: float, *, bent_normal: bool = False, directional: bool = False) -> "Pipeline":
-        """What to take where nothing is known of a scene; see :func:`gtao.config.recommended.recommended`."""
+        """What to take where nothing is known of a scene; see :func:`gtao.config.recommended.recommended`.
+
+        Args:
+            radius: reach of an occluder in scene units, finite.
+            bent_normal, directional: also give directions, as :class:`gtao.VisibilityBitmask` does; the visibility
+                stays what it is.
+        """
         from .recommended import recommended
 
         return recommended(radius, bent_normal=bent_normal, directional=directional)
