@@ -7,6 +7,7 @@ The first call sets a Mitsuba variant unless one is set already: ``cuda_ad_rgb``
 from . import scenes
 from .aov import gbuffer_from_aov
 from .brdf import brdf
+from .coated import coated
 from .directional import DirectionalVisibility, directional
 from .environment import environment, environment_emitter, view_to_world
 from .fingerprint import fingerprint
@@ -30,6 +31,7 @@ __all__ = [
     "Visibility",
     "brdf",
     "camera_from_sensor",
+    "coated",
     "directional",
     "environment",
     "environment_emitter",
