@@ -104,7 +104,7 @@ class ConeCone(_Cone):
 class ConeLobe(_Cone):
     """The share of a lobe about the reflected direction within the cone of visible directions.
 
-    The lobe is that of pre-filtered probes, seen along the normal: theory, "Cone and lobe".
+    The lobe is that of pre-filtered probes, n = v = ω_r: theory, eq. (138).
 
     Args:
         distribution: "ggx", or "phong" with the exponent p = 2/α² - 2 of the half vector.

@@ -7,18 +7,19 @@ from typing import Any
 import drjit as dr
 
 from gtao import backend
-from gtao.config import ConeCone, ConeTable, Lagarde2014, VisibilityAsSpecular
+from gtao.config import ConeCone, ConeLobe, ConeTable, Lagarde2014, VisibilityAsSpecular
 from gtao.data import specular as data
 from gtao.data.specular import SpecularTable
 from gtao.errors import ConfigError
 from gtao.gbuffer import GBuffer
 from gtao.kernels import caps, lobes
+from gtao.kernels.cone_lobe import cone_lobe
 from gtao.planes import Planes
 from gtao.results import AmbientOcclusion
 from gtao.tensors import scalar
 
 from .estimate import check_estimate, check_frame
-from .specular_pixels import Pixels, View, shares, spread
+from .specular_pixels import Pixels, View, limited, shares, spread
 from .specular_tables import look_up
 
 __all__ = ["environment_brdf", "environment_terms", "specular_occlusion", "specular_reflectance"]
@@ -38,8 +39,8 @@ def specular_occlusion(ao: AmbientOcclusion, g: GBuffer, roughness: Any, f0: Any
         g: the frame. Normals that face away from the viewer are turned until they are seen edge-on (docs/departures).
         roughness: perceptual roughness in [0, 1], the root of the microfacet width α: a number or (H, W).
         f0: reflectance at normal incidence in [0, 1]: a number, (3,), (H, W) or (H, W, 3).
-        method: :class:`gtao.ConeTable` (the default), :class:`gtao.ConeCone`, :class:`gtao.Lagarde2014` or
-            :class:`gtao.VisibilityAsSpecular`.
+        method: :class:`gtao.ConeTable` (the default), :class:`gtao.ConeCone`, :class:`gtao.ConeLobe`,
+            :class:`gtao.Lagarde2014` or :class:`gtao.VisibilityAsSpecular`.
 
     Returns:
         (H, W) tensor in [0, 1] in the precision of ``g``, or (H, W, 3) where ``f0`` has three channels; 1 on the
@@ -181,18 +182,22 @@ def _cone_cone(p: Pixels, method: ConeCone, g: GBuffer):
     return [share(p.alpha_v(method.aperture), alpha_s, p.beta)]
 
 
+def _cone_lobe(p: Pixels, method: ConeLobe, g: GBuffer):
+    # The quadrature's error may lead out of the interval.
+    return [limited(cone_lobe(p.alpha_v(method.aperture), p.beta, p.view.alpha, method.distribution))]
+
+
 def _lagarde(p: Pixels, method: Lagarde2014, g: GBuffer):
     A, nv = p.diffuse, p.view.nv
     exponent = dr.exp2(dr.fma(-16, p.view.roughness, -1))
-    S = (nv + A) ** exponent - 1 + A
-    S = dr.select(S > 0, S, 0)
-    return [dr.select(S < 1, S, 1)]
+    return [limited((nv + A) ** exponent - 1 + A)]
 
 
 #: Shares of every pixel: one, or those of A and B.
 _METHODS: dict[type, Callable[[Pixels, Any, GBuffer], list[Any]]] = {
     ConeTable: _cone_table,
     ConeCone: _cone_cone,
+    ConeLobe: _cone_lobe,
     Lagarde2014: _lagarde,
     VisibilityAsSpecular: lambda p, method, g: [p.diffuse],
 }

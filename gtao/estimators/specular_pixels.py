@@ -16,7 +16,7 @@ from gtao.results import AmbientOcclusion
 from gtao.surface import view_directions
 from gtao.tensors import scalar, to_tensor
 
-__all__ = ["Pixels", "View", "image_or_number", "shares", "spread"]
+__all__ = ["Pixels", "View", "image_or_number", "limited", "shares", "spread"]
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ class Pixels:
             own = ao.visibility if ao.unshaped is None else ao.unshaped
             b = _unit(tuple(Float(a) for a in directions.arrays), view.n)
         diffuse = ao.cosine_visibility
-        A, diffuse = (_share(Float(x.array)) for x in (own, ao.visibility if diffuse is None else diffuse))
+        A, diffuse = (limited(Float(x.array)) for x in (own, ao.visibility if diffuse is None else diffuse))
         return cls(view, A, diffuse, b, uniform)
 
     def alpha_v(self, aperture: str) -> Any:
@@ -174,7 +174,8 @@ def spread(number: Any, g: GBuffer) -> Any:
     return dr.gather(g.types.Float, number, zero)
 
 
-def _share(x):
+def limited(x: Any) -> Any:
+    """``x``, 0 below 0 and 1 above 1."""
     x = dr.select(x > 0, x, 0)
     return dr.select(x < 1, x, 1)
 

@@ -30,6 +30,8 @@ METHODS = {
     "smoothstep": gtao.ConeCone(intersection="oat"),
     "drobot": gtao.ConeCone(reflection="drobot"),
     "uludag": gtao.ConeCone(reflection="uludag"),
+    "lobe": gtao.ConeLobe(),
+    "phong": gtao.ConeLobe(distribution="phong", aperture="matched"),
     "lagarde": gtao.Lagarde2014(),
     "visibility": gtao.VisibilityAsSpecular(),
 }
@@ -90,6 +92,19 @@ def test_cones_that_meet(aperture, uniform, camera):
     got = occlusion(gtao.ConeCone(aperture=aperture, u=0.02), g, ao, roughness)
     # The quadrature of the oracle has a kink that starts like a root.
     assert got.ravel() == pytest.approx(np.array(want), abs=1e-7)
+
+
+@pytest.mark.parametrize("distribution", ["ggx", "phong"])
+def test_lobes_in_cones(distribution):
+    camera = CAMERAS["perspective"]
+    g, ao, values = scene(camera)
+    roughness = RNG.uniform(0.2, 1, camera.shape)
+    alpha_v, beta, _ = angles(values, "tilted")
+    rows = zip(alpha_v.flat, beta.flat, roughness.flat, strict=True)
+    want = [oracle.lobe_share(a, b, r * r, distribution) for a, b, r in rows]
+    got = occlusion(gtao.ConeLobe(distribution=distribution), g, ao, roughness)
+    # What 16 nodes along the rim are good for.
+    assert got.ravel() == pytest.approx(np.array(want), abs=2e-5)
 
 
 def test_golden_lagarde():
@@ -271,6 +286,8 @@ class TestRefusals:
             gtao.ConeCone(u=1.0)
         with pytest.raises(gtao.ConfigError, match="intersection"):
             gtao.ConeCone(intersection="lens")
+        with pytest.raises(gtao.ConfigError, match="distribution"):
+            gtao.ConeLobe(distribution="beckmann")
         with pytest.raises(gtao.ConfigError, match="reflection"):
             gtao.ConeCone(reflection="mirror")
         with pytest.raises(gtao.ConfigError, match="table must be None"):

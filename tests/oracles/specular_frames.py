@@ -65,6 +65,24 @@ def cone_share(alpha_v, alpha_s, beta):
     return total / (2 * np.pi * (1 - np.cos(alpha_s)))
 
 
+def lobe_share(alpha_v, beta, alpha, distribution):
+    """Share of an isotropic lobe, its half vectors at half the angle, within alpha_v of an axis that is beta away."""
+
+    def lobe(t):
+        if distribution == "phong":
+            return np.cos(t / 2) ** (2 / alpha**2 - 2) * np.cos(t) * np.sin(t)
+        return np.cos(t) * np.sin(t) / (np.cos(t / 2) ** 2 * (alpha**2 - 1) + 1) ** 2
+
+    def azimuths(t):
+        c, s = np.cos(t) * np.cos(beta), np.sin(t) * np.sin(beta)
+        return np.arccos(np.clip((np.cos(alpha_v) - c) / s, -1, 1)) / np.pi
+
+    kinks = [k for k in (abs(alpha_v - beta), alpha_v + beta) if 0 < k < np.pi / 2]
+    options = {"points": [*kinks, alpha**2], "epsabs": 1e-12, "epsrel": 1e-12, "limit": 400}
+    visible = quad(lambda t: lobe(t) * azimuths(t), 1e-12, np.pi / 2, **options)[0]
+    return visible / quad(lobe, 0, np.pi / 2, **options)[0]
+
+
 def lagarde(nv, A, roughness):
     return np.clip((nv + A) ** np.exp2(-16 * roughness - 1) - 1 + A, 0, 1)
 
