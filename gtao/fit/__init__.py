@@ -1,6 +1,6 @@
 """Fits to ground truth: data in, coefficients or options of estimators with standard errors out. Never renders."""
 
-from .aperture import ApertureFit, ApertureSample, aperture
+from .apertures import ApertureFit, ApertureSample, aperture
 from .diagnostics import Diagnostics, diagnose
 from .forms import evaluate
 from .multibounce import multibounce

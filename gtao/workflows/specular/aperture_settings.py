@@ -5,7 +5,7 @@ from typing import Any
 
 from gtao.config import ConeCone
 from gtao.errors import ConfigError
-from gtao.fit.aperture import METRICS
+from gtao.fit.apertures import METRICS
 
 from .methods import DENSE, TRACED
 
