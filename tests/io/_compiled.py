@@ -27,13 +27,17 @@ struct vec4 {
 typedef vec2 float2; typedef vec2 vec2f;
 typedef vec3 float3; typedef vec3 vec3f;
 typedef vec4 float4; typedef vec4 vec4f;
-static vec2 operator*(float s, vec2 a) { return vec2(s * a.x, s * a.y); }
-static vec2 operator*(vec2 a, float s) { return s * a; }
-static vec2 operator+(vec2 a, vec2 b) { return vec2(a.x + b.x, a.y + b.y); }
-static vec2 operator-(vec2 a, vec2 b) { return vec2(a.x - b.x, a.y - b.y); }
-static vec3 operator*(vec3 a, float s) { return vec3(s * a.x, s * a.y, s * a.z); }
-static vec3 operator+(vec3 a, vec3 b) { return vec3(a.x + b.x, a.y + b.y, a.z + b.z); }
-static vec3 operator/(vec3 a, vec3 b) { return vec3(a.x / b.x, a.y / b.y, a.z / b.z); }
+struct float9 { float a[9]; float &operator[](int i) { return a[i]; } };
+#define EACH(op) \
+    static vec2 operator op(vec2 a, vec2 b) { return vec2(a.x op b.x, a.y op b.y); } \
+    static vec2 operator op(float a, vec2 b) { return vec2(a op b.x, a op b.y); } \
+    static vec2 operator op(vec2 a, float b) { return vec2(a.x op b, a.y op b); } \
+    static vec3 operator op(vec3 a, vec3 b) { return vec3(a.x op b.x, a.y op b.y, a.z op b.z); } \
+    static vec3 operator op(float a, vec3 b) { return vec3(a) op b; } \
+    static vec3 operator op(vec3 a, float b) { return a op vec3(b); }
+EACH(+) EACH(-) EACH(*) EACH(/)
+static vec3 min(vec3 a, vec3 b) { return vec3(std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)); }
+static vec3 max(vec3 a, vec3 b) { return vec3(std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)); }
 using std::abs; using std::floor; using std::max; using std::min; using std::sqrt; using std::exp; using std::sin;
 using std::asin; using std::atan2;
 static float atan(float y, float x) { return atan2(y, x); }
@@ -77,21 +81,30 @@ template <class P> static vec4 textureLod(const Texels &t, P place, float) { ret
 template <class P> static vec4 textureSampleLevel(const Texels &t, sampler, P p, float) { return sampled(t, p); }
 """
 
-_TYPES = {"f32": "float", "texture_2d<f32>": "texture_2d", "texture_3d<f32>": "texture_3d"}
+#: Types of WGSL, the longer ones first.
+_TYPES = {
+    "array<f32, 9>": "float9",
+    "texture_2d<f32>": "texture_2d",
+    "texture_3d<f32>": "texture_3d",
+    "f32": "float",
+}
 
 
 def as_cpp(code: str, language: str) -> str:
-    """The same statements as C++: only declarations are spelled differently."""
+    """The same statements as C++: only the way to declare and to hand over arrays is spelled differently."""
+    code = re.sub(r"\bout float sh\[9\]", "float (&sh)[9]", code)
     if language != "wgsl":
         return code
+    for theirs, ours in _TYPES.items():
+        code = code.replace(theirs, ours)
 
     def head(match: re.Match) -> str:
-        parameters = (p.split(":") for p in match[2].replace("\n", " ").split(",") if p.strip())
-        declared = ", ".join(f"{_TYPES.get(kind.strip(), kind.strip())} {name.strip()}" for name, kind in parameters)
-        return f"{_TYPES.get(match[3], match[3])} {match[1]}({declared}) {{"
+        declared = ", ".join(f"{kind} {name}" for name, kind in re.findall(r"(\w+): (\w+)", match[2]))
+        return f"{match[3]} {match[1]}({declared}) {{"
 
     code = re.sub(r"fn (\w+)\(([^)]*)\) -> (\w+) \{", head, code)
     code = re.sub(r"\blet (\w+) =", r"const auto \1 =", code)
+    code = re.sub(r"\bvar (\w+): (\w+);", r"\2 \1;", code)
     assert not re.search(r"\bfn |\bvar |array<", re.sub(r"//.*", "", code))
     return code
 

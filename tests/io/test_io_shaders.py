@@ -3,11 +3,10 @@
 import ctypes
 import math
 import re
-import shutil
-import subprocess
 
 import numpy as np
 import pytest
+from _compiled import SHIM, as_cpp, build
 from oracles import golden
 
 import gtao
@@ -34,45 +33,15 @@ FORMULAS = {
 }
 FITTED = ("linear_cubic", "four_parameter", "one_parameter", "two_parameter")
 
-SHIM = """
-#include <algorithm>
-struct vec3 {
-    float x, y, z;
-    vec3(float a, float b, float c) : x(a), y(b), z(c) {}
-    explicit vec3(float a) : x(a), y(a), z(a) {}
-};
-typedef vec3 float3; typedef vec3 vec3f;
-#define EACH(op) \\
-    static vec3 operator op(vec3 a, vec3 b) { return vec3(a.x op b.x, a.y op b.y, a.z op b.z); } \\
-    static vec3 operator op(float a, vec3 b) { return vec3(a) op b; } \\
-    static vec3 operator op(vec3 a, float b) { return a op vec3(b); }
-EACH(+) EACH(-) EACH(*) EACH(/)
-static vec3 min(vec3 a, vec3 b) { return vec3(std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)); }
-static vec3 max(vec3 a, vec3 b) { return vec3(std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)); }
-"""
-
 
 def fit(form, coefficients=None, **changes):
     values = COEFFICIENTS[form] if coefficients is None else coefficients
     return gtao.MultibounceFit(**{"form": form, "coefficients": values, "bounces": 4.0, "source": "test", **changes})
 
 
-def as_cpp(code, language):
-    """The same expressions as C++: only declarations are spelled differently."""
-    if language == "wgsl":
-        head = r"fn MultiBounce\(visibility: f32, albedo: vec3f\) -> vec3f \{"
-        code = re.sub(head, "vec3 MultiBounce(float visibility, vec3 albedo)\n{", code)
-        assert "fn " not in re.sub(r"//.*", "", code)
-        code = re.sub(r"\blet (\w+) =", r"const auto \1 =", code)
-    return code
-
-
 @pytest.fixture(scope="module")
 def compiled(tmp_path_factory):
     """``run(language, form, V, p)``: every form in every language, from one compilation each."""
-    compiler = {"c": shutil.which("gcc") or shutil.which("cc"), "cpp": shutil.which("g++") or shutil.which("c++")}
-    if not all(compiler.values()):
-        pytest.skip("no C and C++ compiler on this machine")
     folder = tmp_path_factory.mktemp("shaders")
     entry = "    for (int i = 0; i < n; ++i)\n        out[i] = "
     c_source, cpp_source = [], [SHIM]
@@ -87,17 +56,7 @@ def compiled(tmp_path_factory):
                 f"namespace {language}_{form}_ {{\n{code}}}",
                 f'extern "C" void {language}{signature}{body}',
             ]
-    strict = ["-O1", "-ffp-contract=off", "-Wall", "-Werror", "-shared", "-fPIC"]
-    (folder / "a.c").write_text("\n".join(c_source))
-    (folder / "a.cpp").write_text("\n".join(cpp_source))
-    build = [
-        [compiler["c"], "-std=c99", *strict, "a.c", "-o", "c.so", "-lm"],
-        [compiler["cpp"], "-fsingle-precision-constant", *strict, "-Wno-unused-function", "a.cpp", "-o", "cpp.so"],
-    ]
-    for command in build:
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr
-    libraries = {name: ctypes.CDLL(str(folder / f"{name}.so")) for name in ("c", "cpp")}
+    libraries = {name: build(folder, f"a.{name}", "\n".join(of)) for name, of in (("c", c_source), ("cpp", cpp_source))}
 
     def run(language, form, V, p):
         V, p = np.float32(V), np.float32(p)

@@ -1,12 +1,10 @@
 """Code that reads packed directions back: compiled and run against NumPy, in every language that C++ can be made of."""
 
 import ctypes
-import re
-import shutil
-import subprocess
 
 import numpy as np
 import pytest
+from _compiled import SHIM, as_cpp, build
 from _directions import bent, cone, estimate, random_directions
 
 import gtao
@@ -17,31 +15,6 @@ LANGUAGES = ("c", "hlsl", "glsl", "wgsl")
 WEIGHTINGS = ("cosine", "uniform")
 #: Packings with VisibilityHarmonics; that is all that zh16 needs.
 MOMENTS = ("moments8", "zh16")
-
-SHIM = """
-#include <algorithm>
-#include <cmath>
-struct vec4 {
-    float x, y, z, w;
-    vec4(float a, float b, float c, float d) : x(a), y(b), z(c), w(d) {}
-};
-typedef vec4 float4; typedef vec4 vec4f;
-struct float9 { float a[9]; float &operator[](int i) { return a[i]; } };
-using std::abs; using std::floor; using std::max; using std::min; using std::sqrt;
-"""
-
-
-def as_cpp(code, language):
-    """The same statements as C++: only the way to declare and to hand over arrays is spelled differently."""
-    code = re.sub(r"\bout float sh\[9\]", "float (&sh)[9]", code)
-    if language == "wgsl":
-        code = re.sub(r"fn (\w+)\((\w+): vec4f\) -> vec4f \{", r"vec4 \1(vec4 \2) {", code)
-        code = re.sub(r"fn (\w+)\(sh: array<f32, 9>\) -> vec4f \{", r"vec4 \1(float9 sh) {", code)
-        code = re.sub(r"fn (\w+)\((\w+): vec4f\) -> array<f32, 9> \{", r"float9 \1(vec4 \2) {", code)
-        code = code.replace("var sh: array<f32, 9>;", "float9 sh;")
-        code = re.sub(r"\blet (\w+) =", r"const float \1 =", code)
-        assert not re.search(r"\bfn |\bvar |array<", re.sub(r"//.*", "", code))
-    return code
 
 
 def calls(name, language):
@@ -67,11 +40,7 @@ def calls(name, language):
 @pytest.fixture(scope="module")
 def compiled(tmp_path_factory):
     """``run(language, name, weighting, what, numbers)``: "unpack" or "expand" of (n, 4) or (n, 9) numbers."""
-    compiler = {"c": shutil.which("gcc") or shutil.which("cc"), "cpp": shutil.which("g++") or shutil.which("c++")}
-    if not all(compiler.values()):
-        pytest.skip("no C and C++ compiler on this machine")
     folder = tmp_path_factory.mktemp("packing")
-    strict = ["-O1", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror", "-Wno-unused-function", "-shared", "-fPIC"]
     libraries, sizes, cpp = {}, {}, [SHIM]
     for name in PACKINGS:
         for weighting in WEIGHTINGS:
@@ -85,18 +54,10 @@ def compiled(tmp_path_factory):
                     loop = f"{{ for (; n-- > 0; in += {n_in}, out += {n_out}) {{ {body.replace('NAME', space)} }} }}"
                     entries.append(f"{head} {loop}")
                 if language == "c":  # the names of the functions meet only in one file each
-                    (folder / f"{space}.c").write_text("\n".join([code, *entries]))
-                    command = [compiler["c"], "-std=c99", *strict, f"{space}.c", "-o", f"{space}.so", "-lm"]
-                    done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
-                    assert done.returncode == 0, done.stderr
-                    libraries[space] = ctypes.CDLL(str(folder / f"{space}.so"))
+                    libraries[space] = build(folder, f"{space}.c", "\n".join([code, *entries]))
                 else:
                     cpp += [f"namespace {space} {{\n{as_cpp(code, language)}}}", *(f'extern "C" {e}' for e in entries)]
-    (folder / "a.cpp").write_text("\n".join(cpp))
-    command = [compiler["cpp"], "-fsingle-precision-constant", *strict, "a.cpp", "-o", "cpp.so"]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    shared = ctypes.CDLL(str(folder / "cpp.so"))
+    shared = build(folder, "a.cpp", "\n".join(cpp))
 
     def run(language, name, weighting, what, numbers):
         space = f"{language}_{name}_{weighting}"
