@@ -5,6 +5,7 @@ from .irradiance import irradiance
 from .multibounce import multibounce
 from .occlusion import ambient_occlusion
 from .reflection import diffuse_radiance
+from .shading import shade, specular_radiance
 from .specular import environment_brdf, specular_occlusion, specular_reflectance
 from .value_and_gradient import ValueAndGradient, value_and_gradient
 
@@ -16,7 +17,9 @@ __all__ = [
     "environment_brdf",
     "irradiance",
     "multibounce",
+    "shade",
     "specular_occlusion",
+    "specular_radiance",
     "specular_reflectance",
     "value_and_gradient",
 ]
