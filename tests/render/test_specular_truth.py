@@ -219,11 +219,34 @@ def test_distance_limits_occluders():
 
 @pytest.mark.parametrize("f0", [0.04, 1.0])
 def test_variance_is_that_of_the_mean(f0):
-    scene = load(S.balls(32))
+    scene = load(S.balls(48))
     for roughness in (0.15, 0.6, 1.0):
-        a, b = (render.specular(scene, roughness=roughness, f0=f0, spp=64, seed=s) for s in (1, 2))
+        # Few batches tell variance from the batches' mean square.
+        a, b = (render.specular(scene, roughness=roughness, f0=f0, spp=32, seed=s, n_batches=4) for s in (1, 2))
         difference = float64(a.occlusion.mean) - float64(b.occlusion.mean)
         assert_no_excess(difference, float64(a.occlusion.variance) + float64(b.occlusion.variance))
+
+
+def grazing(size):
+    """A speck whose terms A and B are alike, half open."""
+    return load(shell(1.3, glossy.frame(1.3, 0.3, 1.0)[1], 0.4, size=size))
+
+
+def test_terms_are_correlated():
+    scene = grazing(40)
+    a, b = (render.specular(scene, roughness=0.5, f0=0.5, spp=32, seed=s, n_batches=4) for s in (1, 2))
+    variance = float64(a.occlusion.variance) + float64(b.occlusion.variance)
+    assert_no_excess(float64(a.occlusion.mean) - float64(b.occlusion.mean), variance)
+
+
+def test_few_rays_are_unbiased():
+    """Coefficients from the very rays that they correct would be off by the weights' noise."""
+    scene = grazing(64)
+    few, many = (render.specular(scene, roughness=0.8, spp=n, seed=3, n_batches=2) for n in (2, 512))
+    for k in range(2):
+        found, expected = (float64(x.lobes)[..., k] for x in (few, many))
+        assert_mean_is((found - expected).ravel(), 0)
+        assert found.std() > 0.2 * expected.mean()
 
 
 def test_noise_of_weights_is_taken_out():
