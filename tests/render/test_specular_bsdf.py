@@ -161,6 +161,11 @@ def test_functions_of_two_directions(Array):
     )
     assert dr.width(rough(kind([0, 0, 1]), kind(wo))) == wo.shape[1]
 
+    # What glass lets through is no reflection.
+    glass = render.brdf({"type": "roughdielectric", "alpha": 0.5})(kind(wi), kind(wo)).numpy()
+    assert not glass[~above].any()
+    assert (glass[above] > 0).mean() > 0.9
+
 
 def test_bad_bsdfs():
     scene = ground(BLACK)
