@@ -29,6 +29,9 @@ def fit_aperture(
     scenes: Scenes = None,
     roughness: Roughness = None,
     f0: F0 = None,
+    reference: Annotated[
+        str | None, typer.Option(help="What is met: 'traced' truth, or what is reflected out of the same 'cone'.")
+    ] = None,
     source: Annotated[
         str | None, typer.Option(help="Visibility and bent normals: 'traced', or 'dense' slices of the depth buffer.")
     ] = None,
@@ -51,6 +54,7 @@ def fit_aperture(
         scenes=tuple(scenes or ()),
         roughness=tuple(roughness or ()),
         f0=f0,
+        reference=reference,
         source=source,
         weighting=weighting,
         aperture=aperture,

@@ -35,21 +35,28 @@ def test_everything_is_written_and_listed(outcome):
     assert f"{result.result.best.u:.4g}" in page
 
 
-def test_curves_are_those_of_traced_truth_and_two_cones(outcome):
+@pytest.mark.parametrize("reference", ["traced", "cone"])
+def test_curves_are_those_of_the_reference_and_two_cones(outcome, tmp_path, reference):
     """One point of one curve, put together from public functions and the seeds of the frames."""
     result, _ = outcome
+    if reference == "cone":
+        config = workflows.FitApertureConfig(scenes=("pit",), reference=reference, **SMALL)
+        result = workflows.fit_aperture(config, tmp_path)
     scene = render.load_scene("pit", resolution=32)
     g = render.gbuffer(scene, albedo=False)
     radius, batches = render.scenes.get("pit").radius, {"n_batches": 2}
-    truths = [render.specular(scene, g, 0.7, 0.04, radius, 16, seed, **batches).occlusion.mean for seed in (0, 1)]
-    images = []
+    found = {"traced": [], "cone": [], "estimate": []}
+    for seed in (0, 1):
+        traced = render.specular(scene, g, 0.7, 0.04, radius, 16, seed, **batches)
+        found["traced"].append(traced.occlusion.mean.numpy().astype(float))
     for seed in (2, 4):
         traced = render.visibility(scene, g, radius, 16, seed, **batches)
         ao = gtao.AmbientOcclusion(visibility=traced.mean, mean_direction=traced.mean_direction, normal_v=g.normal_v)
         method = gtao.ConeCone(u=float(result.result.grid[10]), aperture="seed")
-        images.append(gtao.specular_occlusion(ao, g, 0.7, 0.04, method).numpy())
-    truth = np.mean([t.numpy().astype(float) for t in truths], axis=0)
-    expected = gtao.evaluate.dssim(np.mean(images, axis=0), truth, mask=g.mask.numpy())
+        for name, one in (("estimate", method), ("cone", gtao.ConeBRDF(aperture="seed"))):
+            found[name].append(gtao.specular_occlusion(ao, g, 0.7, 0.04, one).numpy().astype(float))
+    images = {name: np.mean(runs, axis=0) for name, runs in found.items()}
+    expected = gtao.evaluate.dssim(images["estimate"], images[reference], mask=g.mask.numpy())
     k = result.result.samples.index(("pit", "pit", 0.7))
     assert result.result.curves[k, 10] == pytest.approx(expected, rel=1e-6)
 
@@ -64,6 +71,7 @@ def test_the_same_run_gives_the_same_numbers(tmp_path):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
+        ({"reference": "photo"}, "reference must be one of traced, cone"),
         ({"source": "eyes"}, "source must be one of traced, dense"),
         ({"metric": "psnr"}, "metric must be one of"),
         ({"aperture": "wide"}, "aperture must be one of"),

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from gtao import fit, io, plot
-from gtao.config import ConeCone
+from gtao.config import ConeBRDF, ConeCone
 from gtao.estimators import specular_occlusion
 from gtao.workflows.outputs import OutputDirectory
 from gtao.workflows.views import portable, scenes_only
@@ -108,25 +108,29 @@ def _samples(scene: str, frame: GlossyFrame, config: FitApertureConfig) -> list[
     estimates = [one[config.weighting] for one in frame.given[SOURCES[config.source]]]
     aperture: Any = config.aperture
 
-    def image(roughness: float, **options: Any) -> np.ndarray:
-        method = ConeCone(aperture=aperture, **options)
+    def image(roughness: float, method: Any) -> np.ndarray:
         runs = [specular_occlusion(ao, frame.view.g, roughness, config.f0, method).numpy() for ao in estimates]
-        return np.mean(runs, axis=0)
+        return np.mean(runs, axis=0, dtype=np.float64)
 
     def by_u(roughness: float) -> Callable[[float], np.ndarray]:
-        return lambda u: image(roughness, u=u)
+        return lambda u: image(roughness, ConeCone(aperture=aperture, u=u))
+
+    def truth(roughness: float) -> np.ndarray:
+        if config.reference == "cone":
+            return image(roughness, ConeBRDF(aperture=aperture))
+        return np.mean(frame.truths[roughness], axis=0)
 
     return [
         fit.ApertureSample(
             scene=scene,
             view=frame.view.name,
             roughness=roughness,
-            truth=(a + b) / 2,
+            truth=truth(roughness),
             mask=frame.view.mask,
             occlusion=by_u(roughness),
-            rivals={name: image(roughness, reflection=name) for name in RIVALS},
+            rivals={name: image(roughness, ConeCone(aperture=aperture, reflection=name)) for name in RIVALS},
         )
-        for roughness, (a, b) in frame.truths.items()
+        for roughness in frame.truths
     ]
 
 

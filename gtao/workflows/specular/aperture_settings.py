@@ -13,6 +13,8 @@ __all__ = ["SOURCES", "FitApertureConfig"]
 
 #: Name of the option -> where visibility and directions come from.
 SOURCES = {"traced": TRACED, "dense": DENSE}
+#: What occlusion is fitted to.
+REFERENCES = ("traced", "cone")
 ROUGHNESS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
 #: What ``quick`` changes: enough to see every part run, too noisy to keep.
 QUICK: dict[str, Any] = {"resolution": 48, "spp": 64, "roughness": (0.3, 0.6), "n_bootstrap": 100}
@@ -27,6 +29,8 @@ class FitApertureConfig:
             embedded scenes.
         roughness: perceptual, each in [0, 1].
         f0: reflectance at normal incidence of the truth, in [0, 1].
+        reference: what is to be met: "traced", the scene's specular occlusion; or "cone", that of the same cone of
+            visibility, by :class:`gtao.ConeBRDF`: what replacing the lobe by a cone costs alone.
         source: where visibility and bent normals come from: "traced", or "dense" slices of the depth buffer.
         weighting: of visibility and directions, "cosine" or "uniform".
         aperture: of the visibility cone, as of :class:`gtao.ConeCone`; "seed" as published.
@@ -46,6 +50,7 @@ class FitApertureConfig:
     scenes: tuple[str, ...] = ()
     roughness: tuple[float, ...] = ROUGHNESS
     f0: float = 0.04
+    reference: str = "traced"
     source: str = "traced"
     weighting: str = "cosine"
     aperture: str = "seed"
@@ -58,7 +63,13 @@ class FitApertureConfig:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        for name, allowed in (("source", SOURCES), ("metric", METRICS), ("weighting", ("cosine", "uniform"))):
+        choices = {
+            "reference": REFERENCES,
+            "source": SOURCES,
+            "metric": METRICS,
+            "weighting": ("cosine", "uniform"),
+        }
+        for name, allowed in choices.items():
             if getattr(self, name) not in allowed:
                 raise ConfigError(f"{name} must be one of {', '.join(allowed)}, got {getattr(self, name)!r}")
         ConeCone(aperture=self.aperture)  # type: ignore[arg-type]  # it is what looks at the text
