@@ -2,7 +2,7 @@
 
 import math
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,18 @@ from gtao import io, render
 from gtao.errors import SceneError
 from gtao.gbuffer import GBuffer
 
-__all__ = ["View", "default_radius", "open_scene", "portable", "scene_names", "scene_views", "scenes_only", "sources"]
+__all__ = [
+    "View",
+    "all_values",
+    "default_radius",
+    "open_scene",
+    "portable",
+    "scene_names",
+    "scene_views",
+    "scenes_only",
+    "sources",
+    "value_of",
+]
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,6 +134,16 @@ def scene_names(sources: Sequence[str]) -> dict[str, str]:
             name, n = f"{base} ({n})", n + 1
         names[name] = source
     return names
+
+
+def value_of(given: Any, scene: str) -> Any:
+    """What a setting says of a scene: itself, or the entry of a mapping from names of scenes, None without one."""
+    return given.get(scene) if isinstance(given, Mapping) else given
+
+
+def all_values(given: Any) -> tuple[Any, ...]:
+    """All that a setting says of any scene."""
+    return tuple(given.values()) if isinstance(given, Mapping) else () if given is None else (given,)
 
 
 def portable(sources: Sequence[str]) -> list[str]:

@@ -11,7 +11,7 @@ import pytest
 
 import gtao
 from gtao import cli, io, lighting, plot, workflows
-from gtao.workflows import outputs
+from gtao.workflows import outputs, standings
 from gtao.workflows.lighting import frames, lights, methods, tables
 
 SMALL = {"resolution": 24, "spp": 64}
@@ -312,7 +312,7 @@ def test_standings_by_hand():
     # The last two differ by rounding, so that neither wins there.
     scenes = [scene_of("one", a=0.1, b=0.3), scene_of("two", a=0.5, b=0.2), scene_of("three", a=0.1, b=0.1 + 1e-9)]
     table = plot.Comparison(scenes=scenes)
-    found = tables.standings(tables.numbers_of(table), "all")["g"]
+    found = tables.standings(standings.numbers_of(table), "all")["g"]
     assert found["a"] == {
         "rmse": pytest.approx(0.7 / 3), "bias": pytest.approx(0.35 / 3), "rank": pytest.approx(4 / 3), "wins": 1
     }  # fmt: skip
@@ -325,7 +325,7 @@ def test_standings_by_hand():
 
 def test_twins_are_no_rivals_under_smooth_light():
     errors = {"moment_zh": 0.2, "moment_zh_4": 0.2 - 1e-9, "slice_moments": 0.3, "slice_moments_4": 0.1}
-    numbers = tables.numbers_of(plot.Comparison(scenes=[scene_of("one", **errors)]))
+    numbers = standings.numbers_of(plot.Comparison(scenes=[scene_of("one", **errors)]))
     smooth, sharp = (tables.standings(numbers, cut)["g"] for cut in ("order 2", "all bands"))
     assert {name: (row["rank"], row["wins"]) for name, row in smooth.items()} == {
         "moment-zh": (1, 1), "moment-zh-4": (1, 1), "slice-moments": (2, 0), "slice-moments-4": (1, 1)

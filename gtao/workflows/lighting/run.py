@@ -10,6 +10,7 @@ from typing import Any
 from gtao import io, plot
 from gtao.errors import SceneError
 from gtao.workflows.outputs import OutputDirectory
+from gtao.workflows.standings import numbers_of
 from gtao.workflows.views import portable, scenes_only
 
 from .frames import LightingFrame, frames_of
@@ -17,7 +18,7 @@ from .lights import Light, lights, placed
 from .measuring import ALL, CUTS, LIMITS, measure, view
 from .methods import DENSE
 from .settings import CompareLightingConfig
-from .tables import csv_text, markdown_text, means, numbers_of, standings
+from .tables import csv_text, markdown_text, means, standings
 
 __all__ = ["CompareLightingOutcome", "compare_lighting"]
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from gtao.errors import ConfigError
+from gtao.workflows.views import all_values, value_of
 
 from .methods import IRRADIANCE_METHODS
 
@@ -61,10 +62,10 @@ class CompareLightingConfig:
         for name, given in (("methods", self.methods), ("environments", self.environments)):
             if len(set(given)) < len(given):
                 raise ConfigError(f"{name} given more than once: {', '.join(given)}")
-        for value in _values(self.radius):
+        for value in all_values(self.radius):
             if not value > 0:
                 raise ConfigError(f"radius must be positive (inf for no limit), got {value}")
-        for value in _values(self.up):
+        for value in all_values(self.up):
             if value not in UPS:
                 raise ConfigError(f"up must be one of {', '.join(UPS)}, got {value!r}")
         if not abs(self.turn) <= 360:
@@ -94,17 +95,11 @@ class CompareLightingConfig:
 
     def radius_of(self, scene: str) -> float | None:
         """The radius that is set for a scene, or None."""
-        return self.radius.get(scene) if isinstance(self.radius, Mapping) else self.radius
+        return value_of(self.radius, scene)
 
     def up_of(self, scene: str, default: str) -> str:
         """The axis that points upward in a scene."""
-        return (self.up.get(scene) if isinstance(self.up, Mapping) else self.up) or default
+        return value_of(self.up, scene) or default
 
     def to_dict(self) -> dict[str, Any]:
         return {f.name: getattr(self, f.name) for f in fields(self)}
-
-
-def _values(given: Any) -> tuple[Any, ...]:
-    if isinstance(given, Mapping):
-        return tuple(given.values())
-    return () if given is None else (given,)

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from gtao import render
-from gtao.workflows.views import View, scene_views
+from gtao.workflows.views import View, scene_views, value_of
 
 from .methods import TRACED, Given, screen_estimates, traced_estimates
 
@@ -31,7 +31,7 @@ class Settings(Protocol):
     @property
     def f0(self) -> float: ...
     @property
-    def radius(self) -> float | None: ...
+    def radius(self) -> float | Mapping[str, float] | None: ...
     @property
     def resolution(self) -> int: ...
     @property
@@ -63,7 +63,7 @@ def glossy_frames(name: str, source: str, config: Settings, tasks: Tasks) -> Ite
     Raises:
         SceneError: the scene cannot be loaded, or shows no surface.
     """
-    given = {"all_sensors": config.all_sensors, "radius": config.radius}
+    given = {"all_sensors": config.all_sensors, "radius": value_of(config.radius, name)}
     for view in scene_views(name, source, config.resolution, **given, albedo=False):
         yield _frame(view, config, tasks(f"  {view.name}: rays"))
 
