@@ -1,7 +1,7 @@
 """What a cone leaves of an isotropic lobe of reflection, without a table.
 
 With F(q) what of the lobe lies within the angle t of its axis, q = sin² t/2, the lobe in a cone is an integral of F
-along the cone's rim: one dimension, no cases, and no integrand that starts like a root (theory, eq. (139)).
+along the cone's rim: one dimension, no cases, and no integrand that starts like a root (theory, eq. (163)).
 """
 
 import math
@@ -24,7 +24,7 @@ SMALL = 0.1
 
 
 def cone_lobe(alpha_v, beta, alpha, distribution="ggx", n_nodes=16) -> Any:
-    """V_s, the share of the lobe about the reflected direction that a cone of visibility leaves, theory, eq. (138).
+    """V_s, the share of the lobe about the reflected direction that a cone of visibility leaves, theory, eq. (162).
 
     The lobe of n = v = ω_r, with half vectors at half of its angles, D(cos t/2) cos t up to 90°. Differentiable in the
     three numbers.

@@ -107,22 +107,24 @@ def geometry(beta, chi, theta_o):
 
 
 def cone_brdf(alpha_v, beta, chi, alpha, theta_o):
-    """(A_V, B_V): rings about the normal, finer and finer toward the reflected direction."""
+    """(A_V, B_V): rings about the normal, finer and finer toward the reflected direction and the horizon."""
     wo, _, b = geometry(beta, chi, theta_o)
     tilt, azimuth = np.arctan2(np.hypot(b[0], b[1]), b[2]), np.arctan2(b[1], b[0])
     near = [alpha * 2.0**k for k in range(-1, 12)]
     half = np.pi / 2
-    edges = _edges(0.0, half, kinks(alpha_v, tilt) | {theta_o} | {theta_o + s * d for d in near for s in (-1, 1)})
-    theta, weight = panels(edges, *np.polynomial.legendre.leggauss(16))
+    wanted = kinks(alpha_v, tilt) | {theta_o} | {theta_o + s * d for d in near for s in (-1, 1)}
+    # What grazes is shadowed within an angle from the horizon like the view vector's.
+    wanted |= {half - (half - theta_o) * 2.0**k for k in range(-4, 6)}
+    edges = _edges(0.0, half, wanted)
+    theta, weight = panels(edges, *np.polynomial.legendre.leggauss(24))
     Phi = half_azimuth(theta, alpha_v, tilt)
     across = [d / max(np.sin(theta_o), 1e-3) for d in near]
     turns = (0.0, 2 * np.pi, -2 * np.pi)
     wanted = set(turns) | {m + s * d for m in turns for d in across for s in (-1, 1)}
-    total = np.zeros(2)
+    total, (x, wx) = np.zeros(2), np.polynomial.legendre.leggauss(16)
     for t, w, p in zip(theta, weight, Phi, strict=True):
         if p <= 0:
             continue
-        x, wx = np.polynomial.legendre.leggauss(12)
         e = np.array(_edges(azimuth - p, azimuth + p, wanted))
         mid, half_width = (e[1:] + e[:-1]) / 2, (e[1:] - e[:-1]) / 2
         phi = (mid[:, None] + half_width[:, None] * x).ravel()
