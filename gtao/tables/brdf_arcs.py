@@ -44,7 +44,7 @@ def arcs(ring: Ring, in_plane: bool) -> tuple[Arc, ...]:
         half = 2 * dr.atan2(above, below)
         one, other = (dr.select(p < -half, -half, dr.select(p > half, half, p)) for p, _ in peaks)
         ends = [-half, dr.select(one < other, one, other), dr.select(one < other, other, one), half]
-    scales = [_scale(ring, end, peaks, in_plane) for end in ends]
+    scales = [_scale(end, peaks) for end in ends]
     pieces = []
     for i in range(len(ends) - 1):
         length = 0.5 * (ends[i + 1] - ends[i])
@@ -52,25 +52,15 @@ def arcs(ring: Ring, in_plane: bool) -> tuple[Arc, ...]:
     return tuple(pieces)
 
 
-def _scale(ring: Ring, end: Any, peaks: Any, in_plane: bool) -> Any:
-    """Distance from an azimuth to the nearest complex one where the integrand is not smooth.
-
-    Those are the poles of the peaks, and where cos θ_i = ± i α: shadowing sets in over that height.
-    """
-    axis = ring.axis
-    sine, cosine = dr.sincos(end)
-    rise = ring.sin_t * axis.h
-    height = dr.fma(ring.cos_t, axis.n_b, ring.sin_t * (axis.n_1 if in_plane else axis.h) * cosine)
-    layer = axis.alpha + dr.select(height > 0, height, 0)
-    slope = rise * abs(sine)
-    scale = 2 * layer / (slope + dr.sqrt(dr.fma(slope, slope, 2 * rise * layer)) + TINY)
-    scale = dr.select(scale < FAR, scale, FAR)
+def _scale(end: Any, peaks: Any) -> Any:
+    """Distance from an azimuth to the nearest pole."""
+    least = FAR
     for where, width in peaks:
         apart = abs(end - where)
         apart = dr.select(apart > dr.pi, 2 * dr.pi - apart, apart)
         distance = dr.sqrt(dr.fma(apart, apart, width * width))
-        scale = dr.select(distance < scale, distance, scale)
-    return dr.select(scale > LEAST, scale, LEAST)
+        least = dr.select(distance < least, distance, least)
+    return dr.select(least > LEAST, least, LEAST)
 
 
 def _peaks_in_plane(ring: Ring) -> tuple[tuple[Any, Any], ...]:
@@ -127,16 +117,14 @@ def _peaks(ring: Ring) -> tuple[Any, tuple[tuple[Any, Any], ...]]:
         where = dr.select((B > 0) == (sign > 0), dr.pi - x, x)
         where = dr.select(D > 0, -where, where)
         least = spread(ring, turn + where)
-        # To fourth order: where the curvature vanishes the peak is flat, not without end.
-        fourth = A / 3 + (b + d) / 24
-        return where, dr.sqrt(2 * least / (curve + dr.sqrt(dr.fma(4 * fourth, least, curve * curve)) + TINY))
+        return where, dr.sqrt(least / (curve + TINY))
 
     return turn, (peak(first, 1), peak(second, -1))
 
 
 def _root(u: Any, A: Any, b: Any, d: Any) -> Any:
     """Root of u (d - 2 A / √(1 + u²)) = b, from a u that is not below it."""
-    for _ in range(12):
+    for _ in range(8):
         r = dr.rsqrt(dr.fma(u, u, 1))
         # 1 - r without cancellation.
         bend = 2 * A * dr.square(u * r) / (1 + r)

@@ -8,8 +8,8 @@ __all__ = ["FIELDS", "Panels", "panels"]
 
 #: Distance of poles, in radians, beyond which they leave no mark on the nodes.
 FAR = 3.0
-#: Least scale at a cut, in widths of the lobe: what is left below it is a jump at the cut, which does no harm.
-LEAST = 1e-2
+#: Least scale at a cut, in widths of the lobe: what varies over less is a jump at the cut, which does no harm.
+LEAST = 1e-1
 #: Keeps quotients of nothing finite.
 TINY = 1e-300
 
@@ -38,21 +38,19 @@ def panels(
     Args:
         in_plane: every axis lies in the incidence plane.
     """
-    cuts, free, clipped, theta_b, touch = _cuts(beta, alpha, theta_o, chi, in_plane)
+    cuts, scales, theta_b = _cuts(beta, alpha, theta_o, chi, in_plane)
     ends = np.minimum(cuts, alpha_v[:, None])
     from_lobe = np.where(ends == beta[:, None], 0.0, ends - beta[:, None])
-    free, clipped = (_felt(ends, cuts, np.maximum(x, LEAST * alpha[:, None])) for x in (free, clipped))
+    felt = _felt(ends, cuts, np.maximum(scales, LEAST * alpha[:, None]))
     order = np.argsort(ends, axis=-1, kind="stable")
-    ends, from_lobe, free, clipped = (np.take_along_axis(x, order, axis=-1) for x in (ends, from_lobe, free, clipped))
+    ends, from_lobe, felt = (np.take_along_axis(x, order, axis=-1) for x in (ends, from_lobe, felt))
     half = 0.5 * np.diff(ends, axis=-1)
     middle = ends[:, :-1] + half
     live = (half > 0) & (np.abs(middle - theta_b[:, None]) < 0.5 * np.pi)
-    is_clipped = np.abs(middle - 0.5 * np.pi) < 0.5 * np.pi - touch[:, None]
     owner = np.nonzero(live)[0]
     sides = []
     for side, sign in ((slice(None, -1), 1), (slice(1, None), -1)):
-        scale = np.where(is_clipped, clipped[:, side], free[:, side])
-        sides.append([x[live] for x in (ends[:, side], from_lobe[:, side], sign * half, scale)])
+        sides.append([x[live] for x in (ends[:, side], from_lobe[:, side], sign * half, felt[:, side])])
     return Panels(np.repeat(owner, 2), *(np.stack(pair, axis=-1).ravel() for pair in zip(*sides, strict=True)))
 
 
@@ -65,37 +63,22 @@ def _felt(ends, cuts, scales):
 
 
 def _cuts(beta, alpha, theta_o, chi, in_plane):
-    """Cuts, their scales where rings lie above the horizon and where it clips them, all (n, k); then, (n,), the angle
-    between normal and axis, and that from the axis at which rings first touch the horizon."""
+    """Cuts and their scales, (n, k), and the angle between normal and axis, (n,)."""
     s, c = np.sin(theta_o), np.cos(theta_o)
     x = np.cos(beta) * s - np.sin(beta) * np.cos(chi) * c
     y = np.zeros_like(beta) if in_plane else np.sin(beta) * np.sin(chi)
     z = np.cos(beta) * c + np.sin(beta) * np.cos(chi) * s
     theta_b = np.arctan2(np.hypot(x, y), z)
     touch = np.abs(0.5 * np.pi - theta_b)
+    # At grazing angles the lobe is a ridge in the incidence plane, as narrow across as it is steep.
+    width = alpha * np.hypot(np.cos(chi), np.maximum(c, alpha) * np.sin(chi))
     zero, far = np.zeros_like(beta), np.full_like(beta, FAR)
-
-    def spread(x, y, z):
-        return np.sqrt((x - s) ** 2 + y**2 + (alpha * (z + c)) ** 2)
-
-    def clipping(width, slope, t):
-        """By how much t grows while the end of a ring crosses a ridge on the horizon, at a slope; 0: it touches it."""
-        bend = 0.5 * width / np.maximum(np.abs(np.tan(t)), TINY)
-        return np.minimum(alpha, width * (slope / np.maximum(np.sin(t), TINY) + bend))
-
-    level, flat = np.maximum(np.hypot(x, y), TINY), np.maximum(np.hypot(x, z), TINY)
-    ahead, behind = (clipping(spread(i * x / level, i * y / level, 0), 0, touch) for i in (1, -1))
-    # At grazing angles the lobe is a ridge in the incidence plane, wide along it and narrow across.
-    near, back = (spread(i * x / flat, 0, i * z / flat) for i in (1, -1))
-    width = 2 * alpha * np.hypot(np.cos(chi), np.maximum(c, alpha) * np.sin(chi))
-    rows = [(beta, width, width), (touch, alpha, ahead), (np.pi - touch, alpha, behind)]
-    if in_plane:
-        rows += [(zero, near, near), (zero + np.pi, back, back)]
-    else:
-        # Rings touch the ridge, and the end of a ring crosses it at the horizon.
+    rows = [(zero, far), (beta, width), (touch, far), (np.pi - touch, far), (zero + np.pi, far)]
+    if not in_plane:
+        # Rings touch the ridge, and end on it at the horizon.
+        flat = np.maximum(np.hypot(x, z), TINY)
         ridge, edge = np.arcsin(np.minimum(np.abs(y), 1)), np.arctan2(np.hypot(y, z), x)
-        end = clipping(spread(1, 0, 0), np.abs(y), edge)
-        rows += [(zero, far, far), (zero + np.pi, far, far)]
-        rows += [(ridge, near, near), (np.pi - ridge, back, back), (edge, far, end)]
-    cuts, free, clipped = (np.stack(column, axis=-1) for column in zip(*rows, strict=True))
-    return cuts, free, clipped, theta_b, touch
+        across = np.sqrt((x / flat - s) ** 2 + (alpha * (z / flat + c)) ** 2)
+        rows += [(ridge, across), (edge, far)]
+    cuts, scales = (np.stack(column, axis=-1) for column in zip(*rows, strict=True))
+    return cuts, scales, theta_b

@@ -33,7 +33,7 @@ def corners(n, seed=0, chi=0.0):
 @functools.cache
 def reference(kind):
     """Corners and their terms with more nodes than the tests use."""
-    arguments = corners(150, chi=(lambda rng, n: rng.uniform(-np.pi, np.pi, n)) if kind == "any" else 0.0)
+    arguments = corners(600, chi=(lambda rng, n: rng.uniform(-np.pi, np.pi, n)) if kind == "any" else 0.0)
     return arguments, cone_terms(*arguments, tolerance=1e-11).values
 
 
