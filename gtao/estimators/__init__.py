@@ -5,7 +5,7 @@ from .irradiance import irradiance
 from .multibounce import multibounce
 from .occlusion import ambient_occlusion
 from .reflection import diffuse_radiance
-from .shading import shade, specular_radiance
+from .shading import reflected_directions, shade, specular_radiance
 from .specular import environment_brdf, specular_occlusion, specular_reflectance
 from .value_and_gradient import ValueAndGradient, value_and_gradient
 
@@ -17,6 +17,7 @@ __all__ = [
     "environment_brdf",
     "irradiance",
     "multibounce",
+    "reflected_directions",
     "shade",
     "specular_occlusion",
     "specular_radiance",

@@ -18,7 +18,37 @@ from .multibounce import multibounce
 from .specular import environment_terms, specular_reflectance
 from .specular_pixels import View, shares
 
-__all__ = ["shade", "specular_radiance"]
+__all__ = ["reflected_directions", "shade", "specular_radiance"]
+
+
+def reflected_directions(g: GBuffer, view_to_world: Any = None) -> Any:
+    """Where a mirror at every pixel looks: directions to look pre-filtered light up in.
+
+    Args:
+        g: the frame. Normals that face away from the viewer are turned until they are seen edge-on, as for
+            :func:`specular_occlusion`.
+        view_to_world: 4x4 or 3x3 matrix of the camera, as ``gtao.render.view_to_world`` gives it; None leaves the
+            directions in the view frame.
+
+    Returns:
+        (H, W, 3) tensor of unit vectors in the precision of ``g``; on the background of some direction or other.
+        Gradients flow to normals.
+
+    Raises:
+        ConfigError: ``g`` is no frame.
+        ShapeError: the matrix has another shape.
+    """
+    backend.require()
+    check_frame(g)
+    w = View.of(g, 0.0).reflected
+    if view_to_world is not None:
+        shape = tuple(map(int, getattr(view_to_world, "shape", ())))
+        if shape not in ((3, 3), (4, 4)):
+            what = shape if shape else type(view_to_world).__name__
+            raise ShapeError(f"view_to_world must be a 3x3 or 4x4 matrix, got {what}")
+        rows = [[scalar(float(view_to_world[i, j]), g.types.Float) for j in range(3)] for i in range(3)]
+        w = tuple(a * w[0] + b * w[1] + c * w[2] for a, b, c in rows)
+    return Planes(w, g.shape).tensor()
 
 
 def specular_radiance(occlusion: Any, prefiltered_radiance: Any, g: GBuffer, roughness: Any, f0: Any = 0.04) -> Any:
@@ -30,7 +60,8 @@ def specular_radiance(occlusion: Any, prefiltered_radiance: Any, g: GBuffer, rou
     Args:
         occlusion: S: (H, W) or (H, W, 3), or a number, 1 for none.
         prefiltered_radiance: L, the mean radiance in the lobe about the reflected direction, from
-            :meth:`gtao.lighting.PrefilteredEnvironment.lookup`: (H, W, 3) or (H, W), or a number.
+            :meth:`gtao.lighting.PrefilteredEnvironment.lookup` at :func:`reflected_directions`: (H, W, 3) or (H, W),
+            or a number.
         g: the frame.
         roughness: perceptual roughness in [0, 1]: a number or (H, W).
         f0: reflectance at normal incidence in [0, 1]: a number, (3,), (H, W) or (H, W, 3).

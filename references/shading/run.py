@@ -56,13 +56,10 @@ class Frame:
         look = {show: gtao.render.gbuffer(yard(self.environment, *size, show=show)) for show in ("roughness", "f0")}
         self.roughness, self.f0 = look["roughness"].albedo.numpy()[..., 0], look["f0"].albedo.numpy()
         rotation = gtao.render.view_to_world(self.scene)
-        n, v = self.g.normal_v.numpy(), -self.g.position_v.numpy()
-        v /= np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), 1e-9)
-        reflected = 2 * (n * v).sum(-1, keepdims=True) * n - v
         probe = gtao.lighting.prefilter(self.environment)
-        self.light = probe.lookup(reflected @ rotation[:3, :3].T, self.roughness)
+        self.light = probe.lookup(gtao.reflected_directions(self.g, rotation), self.roughness)
         # The roughest level is irradiance over π.
-        self.irradiance = np.pi * probe.lookup(n @ rotation[:3, :3].T, 1.0)
+        self.irradiance = np.pi * probe.lookup(self.g.normal_v.numpy() @ rotation[:3, :3].T, 1.0)
         options = {"n_slices": config["n_slices"], "n_steps": config["n_steps"], "bent_normal": True}
         self.ao = gtao.ambient_occlusion(self.g, gtao.GTAO(weighting="uniform", **options))
         cosine = gtao.ambient_occlusion(self.g, gtao.GTAO(directional=True, **options))

@@ -170,6 +170,30 @@ def test_gradients_are_differences():
         assert reverse == pytest.approx(difference, rel=1e-6, abs=1e-7), name
 
 
+@pytest.mark.parametrize("camera", [CAMERA, gtao.OrthographicCamera(6, 4, 2.0)], ids=["perspective", "orthographic"])
+def test_reflected_directions(camera):
+    rng = np.random.default_rng(30)
+    v = view_directions(camera)
+    n = unit(v + 0.6 * unit(rng.standard_normal((*SHAPE, 3))))
+    z = np.full(SHAPE, 2.0)
+    z[BACKGROUND] = np.inf
+    g = gtao.GBuffer(z, n, camera)
+    turn = np.linalg.qr(rng.standard_normal((3, 3)))[0]
+    mirrored = 2 * (n * v).sum(-1, keepdims=True) * n - v
+    surface = np.isfinite(z)
+    np.testing.assert_allclose(gtao.reflected_directions(g).numpy()[surface], mirrored[surface], atol=1e-12)
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = turn, 7
+    for given in (turn, matrix):
+        found = gtao.reflected_directions(g, given).numpy()
+        np.testing.assert_allclose(found[surface], (mirrored @ turn.T)[surface], atol=1e-12)
+        # Light can be looked up everywhere.
+        np.testing.assert_allclose(np.linalg.norm(found, axis=-1), 1, atol=1e-12)
+    for wrong in (np.eye(2), "world"):
+        with pytest.raises(ShapeError, match="view_to_world must be a 3x3 or 4x4"):
+            gtao.reflected_directions(g, wrong)
+
+
 def test_in_words():
     g, ao = frame()
     with pytest.raises(ConfigError, match="no albedo"):
