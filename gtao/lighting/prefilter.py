@@ -100,9 +100,9 @@ def prefilter(
     of the level's largest value; constant maps stay constant to rounding. Between texels, levels are bilinear like
     the map, which is off by 1 % of the largest value where a level has 4π/α rows (α the microfacet width), and by more
     where the map itself has fewer. Levels are halved while they keep those rows, and 32. Between levels, lookups are
-    linear: with the default's 17, off by less than 1 % of the standard deviation of the light where light is smooth;
-    below roughness 0.25 a small sun is off by some per cent of its peak. Give the roughness that is wanted as a level
-    of its own where that matters.
+    linear: with the default's 17, off by less than 1 % of the standard deviation of the light where light is smooth,
+    but by up to a sixth of its peak near a small sun, at roughnesses below 0.3. Give the roughness that is wanted as a
+    level of its own where that matters.
 
     Args:
         environment: the map.
