@@ -124,7 +124,7 @@ class ConeBRDF(_Cone):
     """What a GGX surface reflects out of the cone of visible directions, summed up at every pixel.
 
     What tables approximate, without their error and without a closure: normal, bent normal and reflected direction
-    are all three as they are. Slow.
+    are all three as they are. Slow, and not for functions inside ``dr.freeze``.
 
     Args:
         aperture: as of :class:`ConeTable`.

@@ -2,17 +2,19 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import drjit as dr
 
 from gtao import backend
-from gtao.config import ConeCone, ConeLobe, ConeTable, Lagarde2014, VisibilityAsSpecular
+from gtao.config import ConeBRDF, ConeCone, ConeLobe, ConeTable, Lagarde2014, VisibilityAsSpecular
 from gtao.data import specular as data
 from gtao.data.specular import SpecularTable
 from gtao.errors import ConfigError
 from gtao.gbuffer import GBuffer
 from gtao.kernels import caps, lobes
+from gtao.kernels.cone_brdf import cone_brdf, hemisphere_brdf
 from gtao.kernels.cone_lobe import cone_lobe
 from gtao.planes import Planes
 from gtao.results import AmbientOcclusion
@@ -40,7 +42,7 @@ def specular_occlusion(ao: AmbientOcclusion, g: GBuffer, roughness: Any, f0: Any
         roughness: perceptual roughness in [0, 1], the root of the microfacet width α: a number or (H, W).
         f0: reflectance at normal incidence in [0, 1]: a number, (3,), (H, W) or (H, W, 3).
         method: :class:`gtao.ConeTable` (the default), :class:`gtao.ConeCone`, :class:`gtao.ConeLobe`,
-            :class:`gtao.Lagarde2014` or :class:`gtao.VisibilityAsSpecular`.
+            :class:`gtao.ConeBRDF`, :class:`gtao.Lagarde2014` or :class:`gtao.VisibilityAsSpecular`.
 
     Returns:
         (H, W) tensor in [0, 1] in the precision of ``g``, or (H, W, 3) where ``f0`` has three channels; 1 on the
@@ -101,36 +103,44 @@ def _reflection(ao: Any, g: Any, roughness: Any, method: Any) -> "_Reflection":
     _check_needs(method, ao)
     view = View.of(g, roughness)
     pixels = Pixels.of(g, ao, view)
-    shares = _METHODS[type(method)](pixels, method, g)
+    found = _METHODS[type(method)](pixels, method, g)
     if pixels.b is not None:
-        # A cone of no width about the reflected direction of a mirror is the limit of nothing.
-        shares = [dr.select(pixels.A > 0, s, 0) for s in shares]
-    return _Reflection(shares, view, g.types, getattr(method, "environment", None))
+        # A mirror's limit of a cone of no width about the reflected direction is no darkness.
+        found = [dr.select(pixels.A > 0, s, 0) for s in found[:2]] + found[2:]
+    return _Reflection(found, lambda: environment_terms(view, g.types, getattr(method, "environment", None)))
 
 
 @dataclass(frozen=True)
 class _Reflection:
-    """What is left of reflections: one share for all, or those of the terms with and without F0."""
+    """What is left of reflections.
 
-    shares: list[Any]
-    view: View
-    types: Any
-    environment: SpecularTable | None
+    Attributes:
+        found: one share for every F0; or two, of the terms with and without F0; or A_V, B_V, A and B themselves.
+        environment: function that returns A and B.
+    """
+
+    found: list[Any]
+    environment: Callable[[], list[Any]]
 
     def occlusion(self, f0: Any) -> Any:
-        if len(self.shares) == 1:
-            return self.shares[0]
-        A, B = environment_terms(self.view, self.types, self.environment)
-        whole = dr.fma(f0, A, B)
-        reflects = whole > 1e-20
-        scaled = dr.select(reflects, f0 * A / dr.select(reflects, whole, 1), 0)
-        S_A, S_B = self.shares
-        return dr.fma(scaled, S_A - S_B, S_B)
+        if len(self.found) == 1:
+            return self.found[0]
+        A_V, B_V, A, B = self._terms
+        # Without F0 a mirror that is seen along its normal reflects nothing: the limit of small F0.
+        f0 = dr.select(dr.fma(f0, A, B) > 1e-20, f0, 1)
+        return limited(dr.fma(f0, A_V, B_V) / dr.fma(f0, A, B))
 
     def reflectance(self, f0: Any) -> Any:
-        A, B = environment_terms(self.view, self.types, self.environment)
-        S_A, S_B = self.shares * (3 - len(self.shares))
-        return dr.fma(f0 * A, S_A, B * S_B)
+        A_V, B_V, _, _ = self._terms
+        return dr.fma(f0, A_V, B_V)
+
+    @cached_property
+    def _terms(self) -> list[Any]:
+        if len(self.found) == 4:
+            return self.found
+        A, B = self.environment()
+        S_A, S_B = self.found if len(self.found) == 2 else self.found * 2
+        return [S_A * A, S_B * B, A, B]
 
 
 def environment_terms(view: View, T: Any, table: SpecularTable | None = None) -> list[Any]:
@@ -187,17 +197,28 @@ def _cone_lobe(p: Pixels, method: ConeLobe, g: GBuffer):
     return [limited(cone_lobe(p.alpha_v(method.aperture), p.beta, p.view.alpha, method.distribution))]
 
 
+def _cone_brdf(p: Pixels, method: ConeBRDF, g: GBuffer):
+    if dr.flag(dr.JitFlag.FreezingScope):
+        # Its nodes are an array that recordings may not depend on.
+        raise ConfigError("ConeBRDF cannot be recorded by dr.freeze; choose another method there")
+    alpha_v, alpha, theta_o = p.alpha_v(method.aperture), p.view.alpha, p.view.theta_o
+    whole = hemisphere_brdf(alpha, theta_o, method.n_nodes)
+    visible = cone_brdf(alpha_v, p.beta, p.chi, alpha, theta_o, method.n_nodes)
+    return [*visible, *whole]
+
+
 def _lagarde(p: Pixels, method: Lagarde2014, g: GBuffer):
     A, nv = p.diffuse, p.view.nv
     exponent = dr.exp2(dr.fma(-16, p.view.roughness, -1))
     return [limited((nv + A) ** exponent - 1 + A)]
 
 
-#: Shares of every pixel: one, or those of A and B.
+#: What is left of reflections at every pixel; see :class:`_Reflection`.
 _METHODS: dict[type, Callable[[Pixels, Any, GBuffer], list[Any]]] = {
     ConeTable: _cone_table,
     ConeCone: _cone_cone,
     ConeLobe: _cone_lobe,
+    ConeBRDF: _cone_brdf,
     Lagarde2014: _lagarde,
     VisibilityAsSpecular: lambda p, method, g: [p.diffuse],
 }

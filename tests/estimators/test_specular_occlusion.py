@@ -6,7 +6,7 @@ from dataclasses import replace
 import drjit as dr
 import numpy as np
 import pytest
-from oracles import golden
+from oracles import golden, specular
 from oracles import specular_frames as oracle
 from oracles.slice_oracle import unit
 
@@ -32,6 +32,7 @@ METHODS = {
     "uludag": gtao.ConeCone(reflection="uludag"),
     "lobe": gtao.ConeLobe(),
     "phong": gtao.ConeLobe(distribution="phong", aperture="matched"),
+    "brdf": gtao.ConeBRDF(n_nodes=8),
     "lagarde": gtao.Lagarde2014(),
     "visibility": gtao.VisibilityAsSpecular(),
 }
@@ -88,7 +89,7 @@ def test_cones_that_meet(aperture, uniform, camera):
     roughness = RNG.uniform(0.2, 1, camera.shape)
     alpha_v, beta, _ = angles(values, aperture, uniform)
     alpha_s = np.arccos(0.02 ** (roughness**4 / 2))
-    want = [oracle.cone_share(*x) for x in zip(alpha_v.flat, alpha_s.flat, beta.flat, strict=True)]
+    want = [specular.cap_share(*x) for x in zip(alpha_v.flat, alpha_s.flat, beta.flat, strict=True)]
     got = occlusion(gtao.ConeCone(aperture=aperture, u=0.02), g, ao, roughness)
     # The quadrature of the oracle has a kink that starts like a root.
     assert got.ravel() == pytest.approx(np.array(want), abs=1e-7)
@@ -101,10 +102,35 @@ def test_lobes_in_cones(distribution):
     roughness = RNG.uniform(0.2, 1, camera.shape)
     alpha_v, beta, _ = angles(values, "tilted")
     rows = zip(alpha_v.flat, beta.flat, roughness.flat, strict=True)
-    want = [oracle.lobe_share(a, b, r * r, distribution) for a, b, r in rows]
+    kind = {"ggx": specular.lobe_ggx, "phong": lambda alpha: specular.lobe_phong(2 / alpha**2 - 2)}[distribution]
+    want = [specular.cone_lobe(a, b, kind(r * r), r * r) for a, b, r in rows]
     got = occlusion(gtao.ConeLobe(distribution=distribution), g, ao, roughness)
     # What 16 nodes along the rim are good for.
     assert got.ravel() == pytest.approx(np.array(want), abs=2e-5)
+
+
+@pytest.mark.parametrize("camera", CAMERAS.values(), ids=CAMERAS)
+@pytest.mark.parametrize("aperture", ["seed", "matched"])
+def test_a_white_dome_through_a_cone(aperture, camera):
+    """Where what is visible is a cone, the occlusion is that of quadrature: for any F0, whatever the azimuth."""
+    g, ao, values = scene(camera)
+    roughness, f0 = RNG.uniform(0.3, 1, camera.shape), RNG.uniform(0, 1, (*camera.shape, 3))
+    f0[0, 0], f0[0, 1] = 0, 1
+    alpha_v, beta, theta_o = angles(values, aperture)
+    alpha_v = np.minimum(alpha_v, np.pi / 2)
+    chi = oracle.azimuth(values["n"], values["v"], values["b"])
+    rows = np.stack([alpha_v, beta, chi, roughness**2, theta_o], axis=-1)
+
+    def terms(function, rows):
+        return np.moveaxis(np.apply_along_axis(lambda x: function(*x), -1, rows), -1, 0)[..., None]
+
+    (A_V, B_V), (A, B) = terms(specular.cone_brdf, rows), terms(specular.environment_brdf, rows[..., 3:])
+    method = gtao.ConeBRDF(aperture=aperture, n_nodes=48)
+    reflected = gtao.specular_reflectance(ao, g, roughness, f0, method).numpy()
+    # What 48 nodes are good for.
+    assert reflected == pytest.approx(f0 * A_V + B_V, abs=1e-5)
+    got = occlusion(method, g, ao, roughness, f0=f0)
+    assert got == pytest.approx((f0 * A_V + B_V) / (f0 * A + B), abs=1e-4)
 
 
 def test_golden_lagarde():
@@ -205,11 +231,59 @@ def test_uniform_estimates_know_the_cosine_visibility():
         assert pair[0] == pytest.approx(pair[1], abs=1e-12)
     shaped = gtao.ambient_occlusion(g, replace(method, weighting="uniform", power=2.0), frame_index=3)
     assert shaped.cosine_visibility.numpy() == pytest.approx(cosine.visibility.numpy(), abs=1e-12)
+    # A floor lifts the visibility of what is closed, not what is known of its directions.
+    T = g.types.Tensor
+    closed = gtao.AmbientOcclusion(
+        visibility=T(np.full((1, 2), 0.1)),
+        mean_direction=T(np.zeros((1, 2, 3))),
+        normal_v=T(np.tile([0, 0, 1.0], (1, 2, 1))),
+        unshaped=T(np.zeros((1, 2))),
+        config=UNIFORM,
+    )
+    assert (closed.cosine_visibility.numpy() == 0).all()
     for unknown in (
         gtao.ambient_occlusion(g, replace(method, weighting="uniform", bent_normal=False)),
         gtao.ambient_occlusion(g, replace(method, weighting="uniform", bent_normal="average_horizon")),
     ):
         assert unknown.cosine_visibility is None
+
+
+@each_directional
+def test_a_cone_without_a_direction_stands_upright(name):
+    g, ao, _ = scene(CAMERAS["perspective"])
+    nowhere, upright = (
+        gtao.AmbientOcclusion(visibility=ao.visibility, mean_direction=B) for B in (0 * ao.mean_direction, g.normal_v)
+    )
+    assert occlusion(name, g, nowhere) == pytest.approx(occlusion(name, g, upright), abs=1e-9)
+
+
+@each_method
+def test_normals_that_face_away_are_turned_until_they_are_seen_edge_on(name):
+    """As the estimators do: the occlusion is that of a frame whose normals are turned already."""
+    camera = CAMERAS["perspective"]
+    g, ao, values = scene(camera)
+    n, v = values["n"].copy(), values["v"]
+    n[2] = unit(-0.4 * v[2] + unit(np.cross(v[2], [0.3, 1, 0])))
+    cosine = np.sum(n * v, axis=-1, keepdims=True)
+    turned = np.where(cosine < 1e-3, unit(n + (1e-3 - cosine) * v), n)
+    assert (np.sum(n * turned, axis=-1)[2] < 0.95).all()
+    same = {"visibility": ao.visibility, "mean_direction": ao.mean_direction}
+    frames = (gtao.GBuffer(g.view_z, normals, camera) for normals in (n, turned))
+    found = [occlusion(name, frame, gtao.AmbientOcclusion(**same)) for frame in frames]
+    assert found[0] == pytest.approx(found[1], abs=1e-9)
+
+
+def test_without_reflectance_what_grazes_is_left():
+    """F0 = 0: the term B alone; and where that is 0 too, a mirror seen along its normal, the limit of small F0."""
+    camera = gtao.OrthographicCamera(4, 1, 1.0)
+    n = unit(np.array([[0, 0, 1.0], [0.6, 0, 1], [0, 0, 1], [0.6, 0, 1]]))
+    g = gtao.GBuffer(np.full((1, 4), 2.0), n[None], camera)
+    T = g.types.Tensor
+    ao = gtao.AmbientOcclusion(visibility=T(np.full((1, 4), 0.6)), mean_direction=T(n[None]))
+    roughness = np.array([[0, 0, 0.7, 0.7]])
+    black, little = (occlusion("brdf", g, ao, roughness, f0=f0)[0] for f0 in (0.0, 1e-12))
+    assert black == pytest.approx(little, abs=1e-6)
+    assert black[0] == pytest.approx(1, abs=1e-6)
 
 
 @each_directional
@@ -286,6 +360,9 @@ class TestRefusals:
             gtao.ConeCone(u=1.0)
         with pytest.raises(gtao.ConfigError, match="intersection"):
             gtao.ConeCone(intersection="lens")
+        for n in (3, 65, 8.0):
+            with pytest.raises(gtao.ConfigError, match="n_nodes must be an integer from 4 to 64"):
+                gtao.ConeBRDF(n_nodes=n)
         with pytest.raises(gtao.ConfigError, match="distribution"):
             gtao.ConeLobe(distribution="beckmann")
         with pytest.raises(gtao.ConfigError, match="reflection"):
@@ -354,7 +431,7 @@ def test_a_table_is_uploaded_once():
     assert np.array_equal(occlusion(method, g, ao), first)
 
 
-@each_method
+@pytest.mark.parametrize("name", [name for name in METHODS if name != "brdf"])
 def test_frozen(name):
     """Recorded once; a table's values are an argument, as everything that a recording depends on."""
     camera = gtao.PerspectiveCamera(12, 10, 1.2)
@@ -380,13 +457,15 @@ def test_frozen(name):
     assert np.abs(found[0] - found[1]).max() > 0.01
 
 
-def test_tables_that_cannot_be_recorded():
+def test_what_cannot_be_recorded():
     g, ao, _ = scene(CAMERAS["perspective"])
 
     @dr.freeze
     def reflected(A):
         with pytest.raises(gtao.ShapeError, match="the values of the table 'cone-cone' must be a Dr"):
             gtao.specular_occlusion(ao, g, A, method=METHODS["table"])
+        with pytest.raises(gtao.ConfigError, match="ConeBRDF cannot be recorded"):
+            gtao.specular_occlusion(ao, g, A, method=METHODS["brdf"])
         return A + 1
 
     reflected(ao.visibility)

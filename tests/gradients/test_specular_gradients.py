@@ -26,6 +26,8 @@ METHODS = {
     "cone table": (lambda x: table("cone-cone", "linear", x), DIRECTIONAL | {"values"}),
     "lobe": (gtao.ConeLobe(), DIRECTIONAL),
     "phong": (gtao.ConeLobe(distribution="phong", aperture="matched"), DIRECTIONAL),
+    # Its derivatives are those of the integral, not of the sum.
+    "brdf": (gtao.ConeBRDF(n_nodes=24), DIRECTIONAL | {"f0"}),
     "lagarde": (gtao.Lagarde2014(), PLAIN),
     "visibility": (gtao.VisibilityAsSpecular(), {"A"}),
 }

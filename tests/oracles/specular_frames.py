@@ -1,9 +1,8 @@
-"""Specular occlusion of pixels from its definitions: angles by arc cosines, cones by quadrature, tables by loops."""
+"""Pixels of specular occlusion from definitions: angles by arc cosines, apertures by bisection, tables by loops."""
 
 import itertools
 
 import numpy as np
-from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from oracles import cones
@@ -50,37 +49,6 @@ def visibility(alpha, tilt, uniform=False):
     """Visibility of a cone about an axis that leans away from the normal, cut by the tangent plane."""
     solid_angle, energy, *_ = cones.moments([0, 0, 1], [np.sin(tilt), 0, np.cos(tilt)], alpha)
     return solid_angle / (2 * np.pi) if uniform else energy / np.pi
-
-
-def cone_share(alpha_v, alpha_s, beta):
-    """Share of the cone of half angle alpha_s whose directions are within alpha_v of an axis that is beta away."""
-
-    def ring(t):
-        c, s = np.cos(t) * np.cos(beta), np.sin(t) * np.sin(beta)
-        x = (np.cos(alpha_v) - c) / s if s > 0 else np.sign(np.cos(alpha_v) - c) * np.inf
-        return np.sin(t) * 2 * np.arccos(np.clip(x, -1, 1))
-
-    kinks = [k for k in (abs(alpha_v - beta), alpha_v + beta, 2 * np.pi - alpha_v - beta) if 0 < k < alpha_s]
-    total = quad(ring, 0, alpha_s, points=kinks or None, epsabs=1e-13, epsrel=1e-13, limit=200)[0]
-    return total / (2 * np.pi * (1 - np.cos(alpha_s)))
-
-
-def lobe_share(alpha_v, beta, alpha, distribution):
-    """Share of an isotropic lobe, its half vectors at half the angle, within alpha_v of an axis that is beta away."""
-
-    def lobe(t):
-        if distribution == "phong":
-            return np.cos(t / 2) ** (2 / alpha**2 - 2) * np.cos(t) * np.sin(t)
-        return np.cos(t) * np.sin(t) / (np.cos(t / 2) ** 2 * (alpha**2 - 1) + 1) ** 2
-
-    def azimuths(t):
-        c, s = np.cos(t) * np.cos(beta), np.sin(t) * np.sin(beta)
-        return np.arccos(np.clip((np.cos(alpha_v) - c) / s, -1, 1)) / np.pi
-
-    kinks = [k for k in (abs(alpha_v - beta), alpha_v + beta) if 0 < k < np.pi / 2]
-    options = {"points": [*kinks, alpha**2], "epsabs": 1e-12, "epsrel": 1e-12, "limit": 400}
-    visible = quad(lambda t: lobe(t) * azimuths(t), 1e-12, np.pi / 2, **options)[0]
-    return visible / quad(lobe, 0, np.pi / 2, **options)[0]
 
 
 def lagarde(nv, A, roughness):
