@@ -124,10 +124,8 @@ def _integrated(arguments, scale, brdf, tolerance, progress):
     mirror = (alpha == 0) & (brdf is None)
     if np.any(mirror):
         values[mirror] = _mirror(alpha_v[mirror], beta[mirror], theta_o[mirror])
-    # sin χ is 0, or χ has no meaning: the half of a ring tells all.
-    at_lobe = np.sin(beta) < 1e-15
-    in_plane = at_lobe | (np.abs(np.sin(chi)) < 1e-15)
-    chi = np.where(at_lobe, 0.0, chi)
+    # Where b lies in the incidence plane the half of a ring tells all.
+    in_plane = (np.sin(beta) < 1e-15) | (np.abs(np.sin(chi)) < 1e-15)
     rest = np.stack([alpha_v, beta, np.maximum(alpha, LEAST_ALPHA), theta_o, chi])
     done = int(np.count_nonzero(mirror))
     for flat in (True, False):

@@ -114,6 +114,14 @@ class TestLimits:
         assert np.all(got.error < 1e-5)
         np.testing.assert_allclose(np.diff(got.values[1:], axis=0), 0, atol=1e-4)
 
+    @pytest.mark.parametrize("beta", [0.0, np.pi])
+    def test_axis_on_the_reflected_direction(self, beta):
+        """Its azimuth has no meaning then, and none next to it either."""
+        chi = np.array([0.0, 1.3, np.pi, -0.5])
+        alpha_v = 1.0 if beta == 0 else 2.5
+        at, near = (cone_terms(alpha_v, x, 0.2, 0.9, chi, tolerance=1e-9).values for x in (beta, abs(beta - 1e-9)))
+        np.testing.assert_allclose(np.concatenate([at, near]), np.tile(at[:1], (8, 1)), atol=1e-8)
+
     def test_more_with_wider_cones(self):
         alpha_v = np.linspace(0, np.pi, 60)
         for alpha in (1e-3, 0.1, 1.0):
