@@ -10,6 +10,8 @@ from typing import Any
 
 import drjit as dr
 
+from .lobes import power_aperture
+
 __all__ = [
     "from_cosine",
     "from_linear",
@@ -25,8 +27,8 @@ __all__ = [
 ]
 
 _HALF_PI = math.pi / 2
-#: -ln u of the aperture of reflection.
-_RATE = -math.log(0.01)
+#: Share of the lobe's half vectors that the cone of reflection leaves out.
+U = 0.01
 #: Narrower cones of reflection, radians, are as good as a mirror.
 LEAST = 1e-4
 
@@ -44,16 +46,9 @@ def _acos(x) -> Any:
     return dr.replace_grad(dr.acos(dr.detach(x)), -slope * x)
 
 
-def _exp1(x) -> Any:
-    """1 - exp(-x) for x >= 0."""
-    t = dr.tanh(0.5 * x)
-    return 2 * t / (1 + t)
-
-
 def aperture(alpha) -> Any:
-    """Half angle of the cone of reflection: cos = u^(alpha² / 2), u = 0.01; narrower ones than LEAST are widened."""
-    half = dr.sqrt(_at_least(0.5 * _exp1(0.5 * _RATE * alpha * alpha), (0.5 * LEAST) ** 2))
-    return 2 * dr.asin(half)
+    """Half angle of the cone of reflection, theory, eq. (134) with u = 0.01; narrower ones than LEAST are widened."""
+    return _at_least(power_aperture(alpha, U), LEAST)
 
 
 def alpha_of(alpha_s) -> Any:
@@ -62,7 +57,7 @@ def alpha_of(alpha_s) -> Any:
     # No width has a hemisphere for its cone. log(1 - x) through atanh keeps its digits for small x.
     x = 2 * s * s
     x = dr.select(x < 1 - 1e-6, x, 1 - 1e-6)
-    return dr.sqrt(2 * dr.atanh(x / (2 - x)) * (2 / _RATE))
+    return dr.sqrt(2 * dr.atanh(x / (2 - x)) * (-2 / math.log(U)))
 
 
 def to_published(alpha_v, beta, alpha):
@@ -92,17 +87,24 @@ def from_linear(x, y, z):
 
 
 def _cross(narrow, wide, beta):
-    """How far the rims are across each other: 0 where the wider cone holds the narrower one, 1 where they part."""
-    return 0.5 * (beta - (wide - narrow)) / _at_least(narrow, 1e-6)
+    """How far the rims are across each other: 0 where the wider cone holds the narrower one, 1 where they part.
+
+    Or, where the two are wider than a half circle together, where they leave nothing between them.
+    """
+    return 0.5 * (beta - (wide - narrow)) / _at_least(_lesser(narrow, math.pi - wide), 1e-6)
 
 
 def _apart(narrow, wide, u):
     """The inverse of :func:`_cross`."""
-    return dr.fma(2 * u, narrow, wide - narrow)
+    return dr.fma(2 * u, _lesser(narrow, math.pi - wide), wide - narrow)
+
+
+def _lesser(a, b):
+    return dr.select(a < b, a, b)
 
 
 def _sorted(a, b):
-    return dr.select(a < b, a, b), dr.select(a < b, b, a)
+    return _lesser(a, b), dr.select(a < b, b, a)
 
 
 def to_overlap(alpha_v, beta, alpha):
@@ -115,21 +117,23 @@ def from_overlap(x, y, z):
 
 
 def to_nested(alpha_v, beta, alpha):
-    """The intersection does not tell its two cones apart: x is the ratio of the narrower to the wider."""
-    narrow, wide = _sorted(alpha_v, aperture(alpha))
-    return narrow / wide, wide / _HALF_PI, _cross(narrow, wide, beta)
+    """The intersection does not tell its two cones apart: x is the narrower over the wider; theory, eq. (170)."""
+    narrow, wide = _sorted(_lesser(alpha_v, math.pi), aperture(alpha))
+    return narrow / wide, wide / math.pi, _cross(narrow, wide, beta)
 
 
 def from_nested(x, y, z):
-    """One of the two pairs of arguments: that whose cone of visibility is the narrower."""
+    """One of the two pairs of arguments: a narrow cone of visibility, or a wide one, which reflections never have."""
     # Where nothing is left of a cone the limit is meant.
-    wide = _at_least(y * _HALF_PI, 1e-3)
+    wide = _at_least(y * math.pi, 1e-3)
     narrow = _at_least(x, 1e-4) * wide
-    return narrow, _apart(narrow, wide, z), alpha_of(wide)
+    swapped = wide < 1
+    alpha_v, alpha_s = dr.select(swapped, narrow, wide), dr.select(swapped, wide, narrow)
+    return alpha_v, _apart(narrow, wide, z), alpha_of(alpha_s)
 
 
 def scale(alpha_v, beta, alpha):
     """Solid angle of the narrower cone over that of the cone of reflection."""
     reflection = aperture(alpha)
-    ratio = dr.sin(0.5 * dr.select(alpha_v < reflection, alpha_v, reflection)) / dr.sin(0.5 * reflection)
+    ratio = dr.sin(0.5 * _lesser(alpha_v, reflection)) / dr.sin(0.5 * reflection)
     return ratio * ratio

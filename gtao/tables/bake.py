@@ -1,20 +1,21 @@
 """Making tables: quadrature at every texel."""
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
+from gtao import backend
+from gtao._version import __version__
 from gtao.data.specular import KINDS, SpecularTable
 from gtao.errors import ConfigError, ShapeError
-from gtao.kernels.table_axes import ARGUMENTS, AXES, DEFAULT_AXES
+from gtao.kernels.table_axes import ARGUMENTS, AXES, DEFAULT_AXES, TableAxes
 
+from .brdf import TOLERANCE
 from .lanes import lanes, numbers
-from .values import value_of
+from .values import DISTRIBUTIONS, value_of
 
-__all__ = ["bake"]
-
-#: Texels whose values are computed at a time.
-CHUNK = 1 << 14
+__all__ = ["bake", "environment_brdf"]
 
 
 def bake(
@@ -22,41 +23,80 @@ def bake(
     size: int | Sequence[int] = 32,
     axes: str | None = None,
     *,
+    distribution: str = "ggx",
+    brdf: Callable[[float], Callable[[Any, Any], Any]] | None = None,
+    tolerance: float = TOLERANCE,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> SpecularTable:
     """A table of specular occlusion, by quadrature in double precision: the same bits from the same arguments.
+
+    "cone-cone" is the intersection of two cones, "cone-lobe" an isotropic lobe in a cone, "brdf-5d" all of the
+    reflection in a cone, "brdf-4d" that of cones whose axis is in the incidence plane, on the normal's side of the
+    reflected direction, and "brdf-3d" that of cones about the normal; "environment-brdf" is what a white dome gives.
+    ``settings["quadrature_error"]`` of the result is the largest estimate of the quadrature's error.
 
     Args:
         kind: key of :data:`gtao.data.specular.KINDS`.
         size: texels along every coordinate, or one number per coordinate, x first.
         axes: parametrisation, a name in :data:`gtao.kernels.table_axes.AXES`; default: the one with the least error.
+        distribution: of "cone-lobe": "ggx" or "phong".
+        brdf: of "brdf-3d" … "brdf-5d", another material: function from the width α in (0, 1] of its lobe to its BRDF
+            as of :func:`gtao.render.brdf`. The table then has one channel, S.
+        tolerance: nodes are added until the estimate of the quadrature's error is below; of reflection.
         progress: called with (task, done, total) in texels.
 
     Raises:
-        ConfigError: there is no such kind, or it has no such axes.
+        ConfigError: there is no such kind, it has no such axes, or an option does not belong to it.
         ShapeError: the size does not fit the kind.
+        BackendError: there is no usable backend.
     """
+    mapping = _mapping(kind, axes)
+    if distribution not in DISTRIBUTIONS or (distribution != "ggx" and kind != "cone-lobe"):
+        raise ConfigError(f"a table {kind!r} has no distribution {distribution!r}; only cone-lobe has ggx and phong")
+    if brdf is not None and not kind.startswith("brdf"):
+        raise ConfigError(f"a table {kind!r} is not made of BRDFs; leave out brdf")
+    backend.require()
+    shape = _shape(kind, size)
+    # The last index is that of x, the first coordinate.
+    unit = [i.ravel() / (n - 1) for i, n in zip(np.indices(shape)[::-1], shape[::-1], strict=True)]
+    arguments = mapping.from_unit(*lanes(*unit))
+    given = tuple(numbers(a, like=unit[0]) for a in arguments)
+    scale = numbers(mapping.scale(**dict(zip(ARGUMENTS[kind], arguments, strict=True))), like=unit[0])
+
+    def step(done: int, total: int) -> None:
+        if progress is not None:
+            progress(f"bake {kind}", done, total)
+
+    found = value_of(kind, given, distribution=distribution, brdf=brdf, tolerance=tolerance, progress=step)
+    values = (found.values / scale[:, None]).reshape(*shape, -1)
+    settings = {
+        "distribution": distribution,
+        "brdf": "GGX" if brdf is None else "another",
+        "tolerance": tolerance,
+        "quadrature_error": float(found.error.max()),
+    }
+    return SpecularTable(
+        kind=kind,
+        axes=mapping.name,
+        values=values.astype(np.float32),
+        settings=settings,
+        source=f"gtao.tables.bake of gtao {__version__}",
+    )
+
+
+def environment_brdf(size: int | Sequence[int] = 64, axes: str | None = None) -> SpecularTable:
+    """A and B, what of a white dome a surface reflects: F0 A + B (Karis 2013); see :func:`bake`."""
+    return bake("environment-brdf", size, axes)
+
+
+def _mapping(kind: str, axes: str | None) -> TableAxes:
     if kind not in ARGUMENTS:
         raise ConfigError(f"unknown kind of table {kind!r}; choose one of {', '.join(ARGUMENTS)}")
     axes = DEFAULT_AXES[kind] if axes is None else axes
     if (kind, axes) not in AXES:
         known = ", ".join(name for of, name in AXES if of == kind)
         raise ConfigError(f"a table {kind!r} has no axes {axes!r}; choose one of {known}")
-    shape = _shape(kind, size)
-    mapping, value = AXES[kind, axes], value_of(kind)
-    n = int(np.prod(shape))
-    parts = []
-    for start in range(0, n, CHUNK):
-        # The last index is that of x, the first coordinate.
-        index = np.unravel_index(np.arange(start, min(start + CHUNK, n)), shape)
-        unit = [i / (m - 1) for i, m in zip(index[::-1], shape[::-1], strict=True)]
-        arguments = mapping.from_unit(*lanes(*unit))
-        scale = numbers(mapping.scale(*arguments), like=unit[0])
-        parts.append(value(*(numbers(a, like=unit[0]) for a in arguments)) / scale[:, None])
-        if progress is not None:
-            progress(f"{kind} {axes}", start + len(parts[-1]), n)
-    values = np.concatenate(parts).reshape(*shape, -1)
-    return SpecularTable(kind=kind, axes=axes, values=values.astype(np.float32), source="gtao.tables.bake")
+    return AXES[kind, axes]
 
 
 def _shape(kind: str, size: int | Sequence[int]) -> tuple[int, ...]:

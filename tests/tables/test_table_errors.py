@@ -1,0 +1,135 @@
+"""Errors of tables: what was promised of sizes and axes, and that worse tables are found worse."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from oracles import golden
+
+import gtao
+from gtao.tables.errors import F0, look_up
+from gtao.tables.values import value_of
+
+
+def test_truth_of_two_cones():
+    # Roughness up to 1 has no cones of reflection wider than arccos 0.1.
+    for given, expected in golden.cases("E.caps"):
+        if 0.01 <= given["alpha_s"] <= np.arccos(0.1):
+            alpha = np.sqrt(np.log(np.cos(given["alpha_s"])) / (0.5 * np.log(0.01)))
+            found = value_of("cone-cone", tuple(map(np.atleast_1d, (given["alpha_v"], given["beta"], alpha))))
+            # The width loses digits where it comes from a cosine near 1.
+            assert found.values[0, 0] == pytest.approx(expected["V_s"], abs=1e-9)
+
+
+def test_truth_of_lobes():
+    for given, expected in golden.cases("E.cone_lobe"):
+        arguments = tuple(np.atleast_1d(given[name]) for name in ("alpha_v", "beta", "alpha"))
+        assert value_of("cone-lobe", arguments).values[0, 0] == pytest.approx(expected["ggx"], abs=1e-9)
+
+
+def test_truth_of_reflection():
+    for given, expected in golden.cases("E.full_brdf"):
+        arguments = tuple(np.atleast_1d(given[name]) for name in ("alpha_v", "beta", "alpha", "theta_o", "chi"))
+        found = value_of("brdf-5d", arguments).values[0]
+        # The quadrature's tolerance.
+        assert found[0] == pytest.approx(expected["A_V"] / expected["A"], abs=1e-5)
+        assert found[1] == pytest.approx(expected["B_V"] / expected["B"], abs=1e-5)
+        if given["chi"] == 0:
+            assert value_of("brdf-4d", arguments[:4]).values[0] == pytest.approx(found, abs=1e-5)
+
+
+# Root mean square errors measured at 32³ or 16⁴ texels, with 10 % for the few samples here.
+@pytest.mark.parametrize(
+    ("kind", "axes", "size", "rms"),
+    [
+        ("cone-cone", "published", 32, 0.0143),
+        ("cone-cone", "cosine", 32, 0.0097),
+        ("cone-cone", "linear", 32, 0.0031),
+        ("cone-cone", "overlap", 32, 6.2e-4),
+        ("cone-cone", "nested", 32, 2.4e-4),
+        ("cone-lobe", "linear", 32, 0.0038),
+        ("cone-lobe", "lobe", 32, 6.5e-4),
+        ("brdf-3d", "linear", 32, 0.0017),
+        ("brdf-3d", "lobe", 32, 8.2e-4),
+        ("brdf-4d", "lobe", 16, 0.0033),
+        ("brdf-5d", "lobe", (10, 12, 8, 8, 6), 0.006),
+        ("environment-brdf", "root", 32, 2.5e-4),
+    ],
+)
+def test_errors_are_what_was_measured(kind, axes, size, rms):
+    found = gtao.tables.errors(gtao.tables.bake(kind, size, axes), 4000, seed=1)
+    assert found.channels[-1 if kind != "environment-brdf" else 0].rms < 1.1 * rms
+
+
+def test_the_same_places_from_the_same_seed():
+    table = gtao.tables.bake("brdf-4d", 4)
+    assert gtao.tables.errors(table, 500, 3).to_dict() == gtao.tables.errors(table, 500, 3).to_dict()
+    assert gtao.tables.errors(table, 500, 3)["S"].rms != gtao.tables.errors(table, 500, 4)["S"].rms
+
+
+def test_an_error_of_the_values_is_found_where_it_is():
+    table = gtao.tables.bake("cone-lobe", 32)
+    worse = replace(table, values=table.values + np.float32(0.25))
+    found = gtao.tables.errors(worse, 2000)["S"]
+    assert found.rms == pytest.approx(0.25, abs=0.001)
+    assert found.where["table"] - found.where["truth"] == pytest.approx(found.max)
+    place = {name: np.array([found.where[name]]) for name in ("alpha_v", "beta", "alpha")}
+    assert look_up(worse, place)[0, 0] == found.where["table"]
+
+
+def test_ratios_are_weighted_by_what_they_reflect():
+    """An error of B_V / B counts as much as B does at F0."""
+    table = gtao.tables.bake("brdf-3d", 24)
+    values = table.values.copy()
+    values[..., 1] += np.float32(0.5)
+    given = gtao.tables.errors(replace(table, values=values), 400)["S"].where
+    terms = gtao.tables.hemisphere_terms(given["alpha"], given["beta"]).values
+    share = terms[1] / (F0 * terms[0] + terms[1])
+    # The table's own error comes on top.
+    assert given["table"] - given["truth"] == pytest.approx(0.5 * share, abs=0.02)
+
+
+def test_the_whole_cone_counts_what_a_kind_leaves_out():
+    """Five coordinates know where the axis is; four assume it, and cones about the normal even more."""
+    sizes = {"brdf-5d": (10, 12, 6, 8, 6), "brdf-4d": (10, 12, 6, 8), "brdf-3d": 16, "cone-cone": 16}
+    rms = {
+        kind: gtao.tables.errors(gtao.tables.bake(kind, size), 3000, against="cone", tilt=0.87)["S"].rms
+        for kind, size in sizes.items()
+    }
+    assert rms["brdf-5d"] < 0.01
+    assert 0.02 < rms["brdf-4d"] < rms["brdf-3d"]
+    assert rms["brdf-4d"] < rms["cone-cone"]
+
+
+@pytest.mark.parametrize(("encoding", "step"), [("unorm8", 1 / 255), ("unorm16", 1 / 65535), ("half", 2**-11)])
+def test_encodings_round_to_the_nearest(encoding, step):
+    table = gtao.tables.bake("cone-lobe", 8)
+    rounded = gtao.tables.quantised(table, encoding)
+    error = np.abs(rounded.values - table.values).max()
+    assert 0 < error <= 0.5 * step * 1.001
+    assert rounded.settings["encoding"] == encoding
+    assert table.settings.get("encoding") is None
+
+
+def test_blocks_cost_more_than_bytes():
+    table = gtao.tables.bake("brdf-4d", (16, 16, 12, 12))
+    rms = [gtao.tables.errors(gtao.tables.quantised(table, name), 3000)["S"].rms for name in ("float", "unorm8", "bc4")]
+    assert rms[0] < rms[1] < rms[2]
+
+
+@pytest.mark.parametrize(
+    ("options", "word"),
+    [({"against": "x"}, "against"), ({"uniform": "x"}, "uniform"), ({"tilt": 0.0}, "tilt"), ({"n": 0}, "n must be")],
+)
+def test_wrong_options_are_refused(options, word):
+    table = gtao.tables.bake("cone-cone", 4)
+    with pytest.raises(gtao.ConfigError, match=word):
+        gtao.tables.errors(table, **options)
+
+
+def test_tables_without_a_truth_are_refused():
+    with pytest.raises(gtao.ConfigError, match="knows no cones"):
+        gtao.tables.errors(gtao.tables.environment_brdf(4), against="cone")
+    table = gtao.tables.bake("brdf-3d", 4)
+    with pytest.raises(gtao.ConfigError, match="another BRDF"):
+        gtao.tables.errors(replace(table, settings={"brdf": "another"}))
