@@ -8,7 +8,8 @@ from gtao.errors import ConfigError
 
 from .languages import language_of
 from .statements import Writer
-from .table_code_axes import COORDINATES, SCALES, Geometry
+from .table_code_axes import COORDINATES, SCALES
+from .table_code_geometry import Geometry
 from .table_code_texels import AXES, lookup_in_c, sampled, texture_kind
 
 __all__ = ["table_code"]
@@ -96,15 +97,20 @@ def _shaded(w: Writer) -> list[str]:
     """What becomes of the shares of A and B."""
     (a, b), (s, t) = ((w.read(name, 0), w.read(name, 1)) for name in ("environment", "shares"))
     given = {"shares": "pair", "environment": "pair", "f0": "colour"}
-    reflected = f"f0 * ({a} * {s}) + {w.L.splat.format(f'({b} * {t})')}"
-    whole = f"f0 * {a} + {w.L.splat.format(b)}"
+    kept = [w.let("a", f"{a} * {s}"), w.let("b", f"{b} * {t}")]
+    seen = f"f0 * a + {w.L.splat.format('b')}"
     return [
         "",
         "// S (f0 A + B): what the surface reflects of a white dome through its visible directions.",
-        *w.function("SpecularReflectance", "colour", given, [f"return {reflected};"])[1:],
+        *w.function("SpecularReflectance", "colour", given, [*kept, f"return {seen};"])[1:],
         "",
         "// S alone, for a renderer that multiplies by its own f0 A + B afterwards; 1 = open.",
-        *w.function("SpecularOcclusion", "colour", given, [f"return ({reflected}) / ({whole});"])[1:],
+        *w.function(
+            "SpecularOcclusion",
+            "colour",
+            given,
+            [*kept, w.let("whole", b), f"return ({seen}) / (f0 * {a} + {w.L.splat.format('whole')});"],
+        )[1:],
     ]
 
 

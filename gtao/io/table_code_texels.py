@@ -31,9 +31,9 @@ def sampled(w: Writer, table: SpecularTable) -> tuple[list[str], str]:
     size, depth, n = table.size, math.prod(table.size[2:]), table.n_channels
     sides = (size[0], size[1], depth)
     place = [_between_centres(w, letter, *of) for letter, *of in zip(AXES, size, sides, strict=False)]
-    if len(size) <= 3:
-        return [], w.sample("table", n, *place)
     lines = [w.let(f"{letter}_texture", value) for letter, value in zip(AXES, place, strict=False)]
+    if len(size) == 2:
+        return lines, w.sample("table", n, "x_texture", "y_texture")
     for axis, letter in enumerate(AXES[3 : len(size)], 3):
         slab = w.number(math.prod(size[2:axis]) / depth)
         lines += [
