@@ -43,8 +43,10 @@ class ConeTable(_Cone):
 
     Args:
         table: a :class:`gtao.data.specular.SpecularTable` of any kind of occlusion; None is the shipped "brdf-4d", cone
-            against GGX with two channels, so that every F0 has its own occlusion. Its values may be a Dr.Jit tensor
-            that carries gradients; others are uploaded once and must not change.
+            against GGX with two channels, so that every F0 has its own occlusion. One of four coordinates takes the
+            bent normal to lean from the reflected direction toward the normal, χ = 0; one of three takes it for the
+            normal too, and looks the angle β between bent normal and reflected direction up. Its values may be a
+            Dr.Jit tensor that carries gradients; others are uploaded once and must not change.
         environment: the "environment-brdf" table that goes with a ``table`` of two channels; None is the shipped one.
             Inside ``dr.freeze`` both must be given, with Dr.Jit tensors that are arguments of the frozen function.
         aperture: of the cone: "seed" as published, cos α = √(1 - A), which takes the bent normal for the normal;

@@ -176,10 +176,8 @@ def _check_needs(method: Any, ao: AmbientOcclusion) -> None:
 
 def _cone_table(p: Pixels, method: ConeTable, g: GBuffer):
     table = data.shipped("brdf-4d") if method.table is None else method.table
-    # Of three directions a table with one angle has the bent normal for the normal.
-    theta_o = p.beta if table.kind == "brdf-3d" else p.view.theta_o
     chi = p.chi if table.kind == "brdf-5d" else 0.0
-    return look_up(table, g.types, p.alpha_v(method.aperture), p.beta, p.view.alpha, theta_o, chi)
+    return look_up(table, g.types, p.alpha_v(method.aperture), p.beta, p.view.alpha, p.view.theta_o, chi)
 
 
 def _cone_cone(p: Pixels, method: ConeCone, g: GBuffer):

@@ -11,19 +11,24 @@ from oracles import specular_frames as oracle
 from oracles.slice_oracle import unit
 
 import gtao
-from gtao.data.specular import SpecularTable
-from gtao.kernels.table_axes import table_axes
+from gtao.data.specular import KINDS, SpecularTable
+from gtao.kernels.table_axes import AXES, table_axes
 
 RNG = np.random.default_rng(21)
 
 
-def cone_cone_table(size=(5, 6, 7), channels=1, kind="cone-cone", axes="linear", dtype=np.float32):
-    values = np.random.default_rng(5).uniform(0, 1, (*size[::-1], channels)).astype(dtype)
+def random_table(size=(5, 6, 7), channels=1, kind="cone-cone", axes="linear"):
+    values = np.random.default_rng(5).uniform(0.1, 1, (*size[::-1], channels)).astype(np.float32)
     return SpecularTable(kind=kind, axes=axes, values=values)
 
 
+#: Of a surface that there is not.
+ENVIRONMENT = random_table((4, 3), 2, "environment-brdf", "root")
 METHODS = {
-    "table": gtao.ConeTable(table=cone_cone_table()),
+    "table": gtao.ConeTable(table=random_table()),
+    "brdf table": gtao.ConeTable(table=random_table((3, 4, 5, 3), 2, "brdf-4d", "lobe"), environment=ENVIRONMENT),
+    "flat table": gtao.ConeTable(table=random_table((3, 4, 5), 2, "brdf-3d", "linear"), environment=ENVIRONMENT),
+    "deep table": gtao.ConeTable(table=random_table((3, 4, 2, 3, 2), 1, "brdf-5d", "lobe"), aperture="matched"),
     "cones": gtao.ConeCone(),
     "matched cones": gtao.ConeCone(aperture="matched"),
     "published cones": gtao.ConeCone(aperture="seed", u=0.05),
@@ -145,21 +150,38 @@ def test_golden_lagarde():
     assert got == pytest.approx(want, abs=golden.FLOAT64_TOLERANCE)
 
 
-@pytest.mark.parametrize("axes", ["linear", "nested"])
-def test_tables_are_looked_up(axes):
-    """The right angles reach the axes, texels of random numbers are interpolated and scaled."""
+def table_of_kind(kind, axes, channels=1):
+    return random_table(tuple(range(3, 3 + KINDS[kind][0])), channels, kind, axes)
+
+
+TABLES = [(*pair, n) for pair in AXES for n in KINDS[pair[0]][1] if pair[0] != "environment-brdf"]
+
+
+@pytest.mark.parametrize(("kind", "axes", "channels"), TABLES, ids=["-".join(map(str, t)) for t in TABLES])
+def test_tables_are_looked_up(kind, axes, channels):
+    """The right angles reach the axes; texels of random numbers are interpolated, scaled and put together."""
     camera = CAMERAS["perspective"]
     g, ao, values = scene(camera)
-    table = cone_cone_table(axes=axes)
-    roughness = RNG.uniform(0.2, 1, camera.shape)
-    alpha_v, beta, _ = angles(values, "seed")
-    Float = g.types.Float
-    arguments = [Float(x.ravel()) for x in (alpha_v, beta, roughness**2)]
-    unit_cube = np.array([np.array(u) for u in table_axes("cone-cone", axes).to_unit(*arguments)])
-    scale = np.ravel(table_axes("cone-cone", axes).scale(*arguments))
-    want = [oracle.interpolated(table.values, u)[0] for u in unit_cube.T] * scale
-    got = occlusion(gtao.ConeTable(table=table, aperture="seed"), g, ao, roughness)
-    assert got.ravel() == pytest.approx(want, abs=1e-12)
+    roughness, f0 = RNG.uniform(0.2, 1, camera.shape), RNG.uniform(0, 1, camera.shape)
+    alpha_v, beta, theta_o = angles(values, "seed")
+    chi = oracle.azimuth(values["n"], values["v"], values["b"])
+    arguments = {"alpha_v": alpha_v, "beta": beta, "alpha": roughness**2, "theta_o": theta_o, "chi": chi}
+
+    def found(table):
+        parametrisation = table_axes(table.kind, table.axes)
+        lanes = {name: g.types.Float(x.ravel()) for name, x in arguments.items()}
+        unit_cube = np.array([np.array(u) for u in parametrisation.to_unit(**lanes)])
+        texels = np.array([oracle.interpolated(table.values, u) for u in unit_cube.T])
+        return (texels.T * np.ravel(parametrisation.scale(**lanes))).reshape(-1, *camera.shape)
+
+    table, environment = table_of_kind(kind, axes, channels), table_of_kind("environment-brdf", "root", 2)
+    method = gtao.ConeTable(table=table, environment=environment, aperture="seed")
+    shares, (A, B) = found(table), found(environment)
+    whole = f0 * A + B
+    visible = shares[0] * whole if channels == 1 else f0 * A * shares[0] + B * shares[1]
+    assert occlusion(method, g, ao, roughness, f0=f0) == pytest.approx(visible / whole, abs=1e-12)
+    got = gtao.specular_reflectance(ao, g, roughness, f0, method).numpy()
+    assert got == pytest.approx(visible, abs=1e-12)
 
 
 @each_method
@@ -370,12 +392,12 @@ class TestRefusals:
         with pytest.raises(gtao.ConfigError, match="table must be None"):
             gtao.ConeTable(table=np.ones((3, 3, 3, 1)))
         with pytest.raises(gtao.ConfigError, match="table must be of another kind"):
-            gtao.ConeTable(table=cone_cone_table((4, 4), 2, "environment-brdf"))
+            gtao.ConeTable(table=random_table((4, 4), 2, "environment-brdf"))
         with pytest.raises(gtao.ConfigError, match="environment must be of another kind"):
-            gtao.ConeTable(environment=cone_cone_table())
+            gtao.ConeTable(environment=random_table())
 
     def test_tables_of_another_make(self):
-        method = gtao.ConeTable(table=cone_cone_table(axes="diagonal"))
+        method = gtao.ConeTable(table=random_table(axes="diagonal"))
         self.check(gtao.ConfigError, "axes 'diagonal' of a table 'cone-cone' are not known", method=method)
         # It has a kind too.
         method = gtao.ConeTable(table=CAMERAS["perspective"])
@@ -424,16 +446,19 @@ def test_two_runs_are_the_same_bits(name):
 
 def test_a_table_is_uploaded_once():
     g, ao, _ = scene(CAMERAS["perspective"])
-    table = cone_cone_table()
+    table = random_table()
     method = gtao.ConeTable(table=table)
     first = occlusion(method, g, ao)
     table.values[:] = 0
     assert np.array_equal(occlusion(method, g, ao), first)
 
 
-@pytest.mark.parametrize("name", [name for name in METHODS if name != "brdf"])
+#: A table's values must be an argument, as everything that a recording depends on: one table stands for all.
+RECORDED = [name for name in METHODS if name not in ("brdf", "brdf table", "flat table", "deep table")]
+
+
+@pytest.mark.parametrize("name", RECORDED)
 def test_frozen(name):
-    """Recorded once; a table's values are an argument, as everything that a recording depends on."""
     camera = gtao.PerspectiveCamera(12, 10, 1.2)
 
     def reflected(n, A, B, roughness, texels):

@@ -24,6 +24,11 @@ METHODS = {
     "uludag": (gtao.ConeCone(reflection="uludag"), DIRECTIONAL),
     "u": (lambda x: gtao.ConeCone(u=x["u"]), DIRECTIONAL | {"u"}),
     "cone table": (lambda x: table("cone-cone", "linear", x), DIRECTIONAL | {"values"}),
+    "brdf table": (
+        lambda x: table("brdf-4d", "lobe", x, "texels", environment=environment(x)),
+        DIRECTIONAL | {"f0", "texels", "environment"},
+    ),
+    "grey brdf table": (lambda x: table("brdf-5d", "linear", x, "grey"), DIRECTIONAL | {"grey"}),
     "lobe": (gtao.ConeLobe(), DIRECTIONAL),
     "phong": (gtao.ConeLobe(distribution="phong", aperture="matched"), DIRECTIONAL),
     # Its derivatives are those of the integral, not of the sum.
@@ -34,8 +39,12 @@ METHODS = {
 each_method = pytest.mark.parametrize("name", METHODS)
 
 
-def table(kind, axes, inputs):
-    return gtao.ConeTable(table=SpecularTable(kind=kind, axes=axes, values=inputs["values"]))
+def table(kind, axes, inputs, name="values", **options):
+    return gtao.ConeTable(table=SpecularTable(kind=kind, axes=axes, values=inputs[name]), **options)
+
+
+def environment(inputs):
+    return SpecularTable(kind="environment-brdf", axes="root", values=inputs["environment"])
 
 
 def values():
@@ -53,6 +62,9 @@ def values():
         "u": 0.02,
         # What varies little from texel to texel has few kinks at them.
         "values": 0.5 + 0.3 * RNG.random((4, 5, 6, 1)),
+        "texels": 0.5 + 0.3 * RNG.random((3, 3, 4, 4, 2)),
+        "environment": 0.3 + 0.5 * RNG.random((4, 5, 2)),
+        "grey": 0.5 + 0.3 * RNG.random((2, 3, 3, 3, 3, 1)),
     }
 
 
