@@ -112,10 +112,9 @@ def _brdf_linear_3d(g: Geometry) -> Coordinates:
 
 def _brdf_lobe_3d(g: Geometry) -> Coordinates:
     w, end = g.w, math.pi / 2
-    beta = g.let("flat_beta", w.L.min(g.beta, w.number(end)))
     cone_width = g.let("cone_width", f"{g.lobe_alpha} + {w.number(0.5)}")
     lobe_width = g.let("lobe_width", f"{w.number(3)} * {g.lobe_alpha} + {w.number(1)}")
-    return _near_both(g, g.alpha_v, cone_width, end), _around(g, beta, g.alpha_v, lobe_width, end), "roughness"
+    return _near_both(g, g.alpha_v, cone_width, end), _around(g, g.beta, g.alpha_v, lobe_width, end), "roughness"
 
 
 def _brdf_linear_4d(g: Geometry) -> Coordinates:

@@ -166,9 +166,9 @@ def test_it_finds_what_the_package_finds(compiled, of, language, cone):
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("of", TABLES, ids=IDS)
 def test_the_ends_of_every_axis(compiled, of, language):
-    """Closed and open, mirrors, grazing views, bent normals along and against the reflection: no NaN, no other slab."""
-    z, grazing = np.array([0, 0, 1]), unit(np.array([1, 0, 1e-3]))
-    views = np.array([z, unit(np.array([1, 0, 1])), grazing])
+    """Closed and open, mirrors, views at and below the horizon, bent normals along and against the reflection."""
+    z = np.array([0, 0, 1])
+    views = np.array([z, *(unit(np.array([1, 0, height])) for height in (1, 1e-3, -1e-2))])
     bents = np.array([z, unit(np.array([-1, 0, 1])), unit(np.array([1, 0, 0.2])), [1, 0, 0]])
     grid = [(v, b, A, r) for v in views for b in bents for A in (0, 1e-4, 0.5, 1) for r in (0, 0.3, 1)]
     v, b, A, r = (np.array(column, np.float32) for column in zip(*grid, strict=True))
