@@ -21,8 +21,6 @@ __all__ = ["Cone", "Plane", "Surface", "in_plane"]
 #: How much of the way from even nodes to nodes that are dense at the ends of a plane's interval: a narrow lobe's tails,
 #: which carry the Fresnel term, are near them.
 DENSE = 0.75
-#: Squared length below which a projection has no direction.
-NOTHING = 1e-20
 #: Cosine below which both directions graze: Smith's denominator stays what it is there.
 GRAZING = 1e-5
 #: Least sine of the half angle that a cone has in a plane, squared, for the derivatives of where it ends.
@@ -39,9 +37,10 @@ class Surface(NamedTuple):
 
 
 class Cone(NamedTuple):
-    """cos α_v, and the axis: along the view vector, and across it in the plane of incidence and out of that."""
+    """cos α_v, sin α_v, and the axis: along the view vector, and across it in the plane of incidence and out of it."""
 
     cos_v: Any
+    sin_v: Any
     along: Any
     across: Any
     aside: Any
@@ -75,14 +74,12 @@ def in_plane(surface, cone, sin_psi, cos_psi, n_nodes, slopes):
     """
     plane = _plane(surface, sin_psi, cos_psi)
     low, high = plane.gamma - 0.5 * math.pi, plane.gamma + 0.5 * math.pi
-    edges = []
+    edges, moves = [], None
     if cone is not None:
         enter, leave, moves = _in_cone(cone, plane)
-        if slopes:
-            some = leave > enter
-            edges = [(enter, some & (enter > low), -1), (leave, some & (leave < high), 1)]
+        edges = [(enter, -1), (leave, 1)] if slopes else []
+        # Below the surface nothing is summed, and there the ends may change places.
         low, high = dr.select(enter > low, enter, low), dr.select(leave < high, leave, high)
-        high = dr.select(high > low, high, low)
     sides: list[Any] = []
     for choose in (lambda t: dr.select(t < 0, t, 0), lambda t: dr.select(t > 0, t, 0)):
         ends = (_warp(0.5 * choose(t) - plane.gamma, plane.w) for t in (low, high))
@@ -98,28 +95,28 @@ def _plane(surface, sin_psi, cos_psi):
     a2, cos_o, sin_o, _ = surface
     n_e = sin_o * cos_psi
     C2 = dr.fma(cos_o, cos_o, n_e * n_e)
-    some = C2 > NOTHING
-    C = dr.sqrt(dr.select(some, C2, 1))
-    cos_g, sin_g = dr.select(some, cos_o / C, 1), dr.select(some, n_e / C, 0)
+    C = dr.sqrt(C2)
+    cos_g, sin_g = cos_o / C, n_e / C
     w2 = dr.fma((1 - a2) * sin_psi * sin_psi, sin_o * sin_o, a2)
-    return Plane(sin_psi, cos_psi, dr.select(some, C, 0), cos_g, sin_g, dr.atan2(sin_g, cos_g), dr.sqrt(w2), w2)
+    return Plane(sin_psi, cos_psi, C, cos_g, sin_g, dr.atan2(sin_g, cos_g), dr.sqrt(w2), w2)
 
 
 def _in_cone(cone, plane):
     """Angles at which the plane enters and leaves the cone, within half a turn of the normal's; equal if it misses it.
 
-    Also what moves them: the squared length of the axis in the plane, its part across the view vector, and the product
-    of the length and the sine of half the angle in the cone.
+    Also what moves them: the part of the axis across the view vector, the squared length of the axis in the plane, and
+    by how much that exceeds cos² α_v.
     """
     e = dr.fma(cone.across, plane.cos_psi, cone.aside * plane.sin_psi)
-    length2 = dr.fma(e, e, cone.along * cone.along)
-    excess = length2 - cone.cos_v * cone.cos_v
-    meets = excess > NOTHING
-    middle = dr.atan2(dr.select(meets, e, 0), dr.select(meets, cone.along, 1))
+    # L² - cos² α_v keeps its digits as sin² α_v less what of the axis is out of the plane.
+    out = dr.fma(cone.aside, plane.cos_psi, -cone.across * plane.sin_psi)
+    excess = (cone.sin_v - out) * (cone.sin_v + out)
+    meets = excess > 0
+    middle = dr.atan2(e, cone.along)
     half = dr.select(meets, dr.atan2(dr.sqrt(dr.select(meets, excess, 1)), cone.cos_v), 0)
     middle = dr.select(middle - plane.gamma > math.pi, middle - 2 * math.pi, middle)
     middle = dr.select(middle - plane.gamma < -math.pi, middle + 2 * math.pi, middle)
-    return middle - half, middle + half, (cone, length2, e, excess)
+    return middle - half, middle + half, (cone, e, dr.fma(e, e, cone.along * cone.along), excess)
 
 
 def _warp(x, w):
@@ -188,16 +185,16 @@ def _slopes(surface, plane, direction, lobe):
 
 def _at_edges(surface, plane, edges, moves):
     """What the rim sweeps in the plane when the four numbers of the cone change, of a and then of b."""
-    cone, length2, e, excess = moves
+    cone, e, length2, excess = moves
     least = LEAST[dr.type_v(excess) is dr.VarType.Float32]
     sine = dr.sqrt(dr.select(excess > least, excess, least))
-    by_length2 = 1 / dr.select(length2 > NOTHING, length2, NOTHING)
+    by_length2 = 1 / length2
     results: list[Any] = [0] * 8
-    for angle, active, sign in edges:
+    for angle, sign in edges:
         s, c = dr.sincos(0.5 * angle - plane.gamma)
         cos_t, _, cos_i, _, lobe, _ = _direction(surface, plane, s, c)
         by_D = 1 / dr.fma(plane.w2 * c, c, s * s)
-        lobe = dr.select(active, lobe * cos_i * surface.a2 * (2 / math.pi) * by_D * by_D, 0)
+        lobe = dr.select(excess > 0, lobe * cos_i * surface.a2 * (2 / math.pi) * by_D * by_D, 0)
         k = schlick(cos_t)
         # Middle and half angle: atan2(e, along) and arccos(cos α_v / √(e² + along²)).
         radial = cone.cos_v / sine

@@ -41,12 +41,14 @@ def cone_brdf(alpha_v, beta, chi, alpha, theta_o, n_nodes=16):
     # The reflected direction is 2 θ_o from the view vector.
     sin_2, cos_2 = dr.sincos(2 * theta_o)
     inward = sin_b * cos_x
-    cone = Cone(cos_v, dr.fma(cos_b, cos_2, inward * sin_2), dr.fma(cos_b, sin_2, -inward * cos_2), sin_b * sin_x)
+    cone = Cone(
+        cos_v, sin_v, dr.fma(cos_b, cos_2, inward * sin_2), dr.fma(cos_b, sin_2, -inward * cos_2), sin_b * sin_x
+    )
     with dr.suspend_grad():
         fixed = Cone(*(x * 1 for x in cone))
         # Planes within Δ of the axis meet the cone, or all do.
         distance2 = dr.fma(fixed.across, fixed.across, fixed.aside * fixed.aside)
-        ratio2 = sin_v * sin_v
+        ratio2 = fixed.sin_v * fixed.sin_v
         full = ratio2 >= distance2
         ratio2 = ratio2 / dr.select(full, 1, distance2)
         spread = dr.atan2(dr.sqrt(ratio2), dr.sqrt(dr.select(ratio2 < 1, 1 - ratio2, 0)))
@@ -60,7 +62,7 @@ def cone_brdf(alpha_v, beta, chi, alpha, theta_o, n_nodes=16):
     if not attached:
         return tuple(sums)
     A, B, *by = sums
-    moves = (surface.a2, theta_o, *cone)
+    moves = surface.a2, theta_o, cone.cos_v, *cone[2:]
     return _with_slopes(A, [*by[0:4:2], *by[4:8]], moves), _with_slopes(B, [*by[1:4:2], *by[8:12]], moves)
 
 

@@ -67,7 +67,7 @@ def cone_lobe(alpha_v, beta, alpha, distribution="ggx", n_nodes=16) -> Any:
         share = (within(q, a2) - whole) / (1 - q)
         total = dr.fma(share * dr.fma(n1, s2, n0), step, total)
     total = total * (0.5 * scale * stretch) / whole
-    rest = dr.atan2(sin_less * cos_half, dr.select(beyond, sin_more * sin_half, 1))
+    rest = dr.atan2(sin_less * cos_half, sin_more * sin_half)
     total = total + dr.select(beyond, dr.fma(2 * cos_v, math.pi - 2 * half, 4 * rest), 0)
     v = dr.sin(0.5 * alpha_v)
     return dr.fma(v, v, total * (0.25 / math.pi))

@@ -82,6 +82,61 @@ def test_error_against_the_number_of_nodes(precision, truth, n_nodes, error):
     assert np.abs(got - cone).max() < 20 * error
 
 
+def test_tails_of_narrow_lobes(precision, truth):
+    """B_V as a share of B, which near normal incidence is what tails reflect toward the horizon."""
+    columns, cone, whole = truth
+    error = ((evaluate(precision, columns, 32) - cone) / whole)[:, 1]
+    assert np.sqrt(np.mean(error**2)) < 1.5e-3
+
+
+def angles_of(b, theta_o):
+    """β and χ of axes in the frame whose normal is z."""
+    s, c = np.sin(theta_o), np.cos(theta_o)
+    along, inward = s * b[:, 0] + c * b[:, 2], s * b[:, 2] - c * b[:, 0]
+    return np.arctan2(np.hypot(inward, b[:, 1]), along), np.arctan2(b[:, 1], inward)
+
+
+def test_cones_opposite_to_the_view(precision):
+    """Around -ω_o, beside the plane of incidence, with the horizon through them: angles there pass half a turn."""
+    rng = np.random.default_rng(12)
+    n = 60
+    theta_o, alpha, alpha_v = rng.uniform(1.1, 1.45, n), rng.uniform(0.3, 1, n), rng.uniform(0.2, 0.5, n)
+    away, psi = rng.uniform(0.2, 0.7, n), rng.choice([-1, 1], n) * rng.uniform(0.9, PI / 2, n)
+    s, c = np.sin(theta_o), np.cos(theta_o)
+    opposite, across = np.array([s, 0 * s, -c]), np.array([c, 0 * s, s])
+    b = np.cos(away) * opposite + np.sin(away) * (np.cos(psi) * across + np.sin(psi) * np.array([[0], [1], [0]]))
+    columns = alpha_v, *angles_of(b.T, theta_o), alpha, theta_o
+    want = np.array([oracle.cone_brdf(*row) for row in zip(*columns, strict=True)])
+    assert (want[:, 0] > 1e-3).sum() > 20
+    assert evaluate(precision, columns, 48) == pytest.approx(want, abs=2e-4)
+
+
+def test_grazing_views(precision):
+    theta_o = PI / 2 - np.array([0.03, 0.01, 1e-3])
+    for alpha in (0.1, 0.5):
+        columns = np.full(3, 1.0), np.full(3, 0.6), np.full(3, 0.5), np.full(3, alpha), theta_o
+        want = np.array([oracle.cone_brdf(*row) for row in zip(*columns, strict=True)])
+        assert evaluate(precision, columns, 64) == pytest.approx(want, rel=2e-3)
+
+
+def test_narrow_cones_keep_their_digits(precision):
+    """In single precision cos α_v is 1 for half angles below 3e-4."""
+    rng = np.random.default_rng(13)
+    n = 100
+    theta_o, alpha, alpha_v = rng.uniform(0.1, 1.2, n), rng.uniform(0.2, 1, n), 10 ** rng.uniform(-3, -1, n)
+    columns = alpha_v, rng.uniform(0, 0.3, n), rng.uniform(-3, 3, n), alpha, theta_o
+    solid = oracle.cap(alpha_v)
+    got = evaluate(precision, columns)[:, 0] / solid
+    wo, _, b = zip(*(oracle.geometry(*row) for row in zip(*columns[1:3], theta_o, strict=True)), strict=True)
+    # In the limit, the BRDF at the axis; a mean over the cone beyond that.
+    limit = [oracle.brdf(x, v, a)[0] for x, v, a in zip(np.array(b), np.array(wo), alpha, strict=True)]
+    assert got == pytest.approx(limit, rel=0.05)
+    fine = dr.float64_array_t(precision.Float)
+    double = np.array(cone_brdf(*(fine(c) for c in columns))[0]) / solid
+    # Half angles of 1e-3 are 1e-4 of themselves off where directions are rounded to 1e-7.
+    assert got == pytest.approx(double, rel=2e-3)
+
+
 def test_the_hemisphere(precision, truth):
     columns, _, whole = truth
     for n_nodes, error in ((16, 6e-4), (64, 6e-6)):
@@ -158,6 +213,20 @@ def test_derivatives_by_differences_of_rings(precision):
         error = got[k] - want
         assert np.sqrt(np.mean(error**2)) < 0.02, NAMES[k]
         assert np.median(np.abs(error)) < 2e-4 * (1 + np.abs(want).max()), NAMES[k]
+
+
+def test_derivatives_of_the_hemisphere(precision):
+    rng = np.random.default_rng(5)
+    alpha, theta_o = rng.uniform(0.15, 1, 30), rng.uniform(0.1, 1.3, 30)
+    arguments = lanes(precision, (alpha, theta_o))
+    dr.enable_grad(arguments)
+    A, B = hemisphere_brdf(*arguments, 32)
+    dr.backward(dr.sum(A + 3 * B))
+    Float, h = dr.float64_array_t(precision.Float), 1e-5
+    for k in range(2):
+        moved = [[c + (s * h if j == k else 0) for j, c in enumerate((alpha, theta_o))] for s in (1, -1)]
+        up, down = (np.array(hemisphere_brdf(*map(Float, row), 128)).T @ [1, 3] for row in moved)
+        assert np.array(dr.grad(arguments[k])) == pytest.approx((up - down) / (2 * h), abs=2e-3)
 
 
 def test_derivatives_are_finite_in_all_corners(precision):
