@@ -1,7 +1,7 @@
 """The subcommands of ``gtao``: thin wrappers that turn options into calls of :mod:`gtao.workflows` and friends."""
 
 from .files import export, export_packing, occlusion, render
-from .glossy import fit_aperture
+from .glossy import compare_specular, fit_aperture
 from .inspection import doctor, methods, scenes
 from .studies import compare, compare_lighting, refit
 from .tuning import tune
@@ -16,6 +16,7 @@ COMMANDS = (
     refit,
     compare,
     compare_lighting,
+    compare_specular,
     tune,
     fit_aperture,
     export,

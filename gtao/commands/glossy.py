@@ -9,7 +9,7 @@ import gtao
 from .options import AllSensors, OutputDirectory, Quick, Radius, Resolution, Seed
 from .terminal import report
 
-__all__ = ["fit_aperture"]
+__all__ = ["compare_specular", "fit_aperture"]
 
 Scenes = Annotated[
     list[str] | None,
@@ -22,6 +22,52 @@ Roughness = Annotated[
 ]
 F0 = Annotated[float | None, typer.Option("--f0", min=0, max=1, help="Reflectance at normal incidence.")]
 Rays = Annotated[int | None, typer.Option(min=16, help="Rays per pixel.")]
+
+
+def compare_specular(
+    output: OutputDirectory,
+    scenes: Scenes = None,
+    roughness: Roughness = None,
+    f0: F0 = None,
+    environment: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="LIGHT",
+            help="Light of composites, repeatable: a .hdr or .exr map, 'gradient', 'vmf:KAPPA', 'disc:DEGREES',"
+            " 'sunsky', or 'none'.",
+        ),
+    ] = None,
+    lit_roughness: Annotated[
+        list[float] | None, typer.Option(min=0, max=1, help="Roughness under these lights, repeatable.")
+    ] = None,
+    method: Annotated[list[str] | None, typer.Option(help="Method to compare, repeatable; default: all.")] = None,
+    radius: Radius = None,
+    up: Annotated[str | None, typer.Option(help="'x', 'y' or 'z'; default: z in embedded scenes, y in files.")] = None,
+    turn: Annotated[float | None, typer.Option(help="Degrees that the light turns from frame to frame.")] = None,
+    resolution: Resolution = None,
+    spp: Annotated[int | None, typer.Option(min=32, help="Rays per pixel.")] = None,
+    all_sensors: AllSensors = False,
+    quick: Quick = False,
+    seed: Seed = 0,
+) -> None:
+    """Every method of specular occlusion against traced reflections: table, pictures, report."""
+    config = gtao.workflows.CompareSpecularConfig.from_options(
+        quick=quick,
+        scenes=tuple(scenes or ()),
+        roughness=tuple(roughness or ()),
+        f0=f0,
+        environments=tuple(environment or ()),
+        lit_roughness=tuple(lit_roughness or ()),
+        methods=tuple(method or ()),
+        radius=radius,
+        up=up,
+        turn=turn,
+        resolution=resolution,
+        spp=spp,
+        all_sensors=all_sensors,
+        seed=seed,
+    )
+    report(gtao.workflows.compare_specular, config, output)
 
 
 def fit_aperture(

@@ -13,6 +13,8 @@ from .images import error_map, image_row, visibility_image
 from .lighting import LightingComparison, LightingView, lighting_bars, lighting_images
 from .lighting_report import lighting_figures, lighting_report
 from .report import refit_figures, refit_report
+from .specular import SpecularComparison, SpecularView, specular_curves, specular_images, specular_steps
+from .specular_report import specular_figures, specular_report
 from .tables import forms, left_out
 from .tuning import tuning_candidates, tuning_errors, tuning_figures, tuning_history, tuning_parameters
 from .tuning_report import tuning_report
@@ -23,6 +25,8 @@ __all__ = [
     "LightingView",
     "MethodResult",
     "SceneComparison",
+    "SpecularComparison",
+    "SpecularView",
     "aperture_by_roughness",
     "aperture_curves",
     "aperture_figures",
@@ -51,6 +55,11 @@ __all__ = [
     "residuals",
     "scatter",
     "signed_error_maps",
+    "specular_curves",
+    "specular_figures",
+    "specular_images",
+    "specular_report",
+    "specular_steps",
     "stratified_errors",
     "summary_rows",
     "tuning_candidates",

@@ -13,10 +13,19 @@ from .images import image_row
 from .style import INK, MUTED, NO_VALUE, SIGNED, ShownFigure, grid_shape, hide_unused, styled
 from .words import number
 
-__all__ = ["comparison_images", "error_budget_maps", "error_limit", "error_of", "signed_error_maps"]
+__all__ = [
+    "comparison_images",
+    "error_budget_maps",
+    "error_limit",
+    "error_of",
+    "images_and_errors",
+    "signed_error_maps",
+]
 
 #: Height of a map in inches, columns of a figure, and letters that fit on top of one inch.
 _HEIGHT, _COLUMNS, _LETTERS = 2.3, 3, 13
+#: Height where many stand in a row.
+_LOW = 1.9
 
 
 def error_of(image: Any, truth: Any, mask: Any = None) -> np.ndarray:
@@ -122,6 +131,42 @@ def error_budget_maps(budget: Any, *, limit: float | None = None, title: str = "
         for name, square, bias in zip(maps, squares, biases, strict=False)
     }
     return _maps(maps, limit, captions, "step: after − before", title)
+
+
+@styled
+def images_and_errors(
+    pictures: Mapping[str, np.ndarray], errors: Mapping[str, np.ndarray], limit: float, *, title: str, label: str
+) -> Figure:
+    """The truth and every method above, what they miss it by below.
+
+    Args:
+        pictures: (H, W, …) images to show as they are, by name, the truth first.
+        errors: (H, W) signed errors of the others, NaN for no value.
+        limit: Error at the ends of the scale.
+        title: Title above all.
+        label: What the errors are.
+    """
+    height, width = next(iter(pictures.values())).shape[:2]
+    inches = max(_LOW * width / height, 1.3)
+    columns = len(pictures)
+    figure = ShownFigure(figsize=(inches * columns, 2 * _LOW + 1.1), layout="constrained")
+    axes = np.asarray(figure.subplots(2, columns, squeeze=False))
+    for axis in axes.flat:
+        axis.set(xticks=[], yticks=[], facecolor=NO_VALUE)
+        axis.grid(visible=False)
+        axis.spines[:].set_visible(False)
+    for axis, (name, picture) in zip(axes[0], pictures.items(), strict=True):
+        axis.imshow(picture, interpolation="nearest")
+        axis.set_title(textwrap.fill(name, max(round(inches * _LETTERS), 12)), color=INK)
+    axes[1, 0].set_axis_off()
+    drawn = None
+    for axis, error in zip(axes[1, 1:], errors.values(), strict=True):
+        drawn = axis.imshow(np.ma.masked_invalid(error), cmap=SIGNED, vmin=-limit, vmax=limit, interpolation="nearest")
+        root = float(np.sqrt(np.nanmean(error**2)))
+        axis.set_xlabel(f"RMSE {root:.3f}, mean {np.nanmean(error):+.3f}", color=MUTED, fontsize=7.5, loc="left")
+    figure.colorbar(drawn, ax=axes[1, 1:], label=label, extend="both", location="bottom", aspect=60, shrink=0.6)
+    figure.suptitle(title, fontweight="bold")
+    return figure
 
 
 @styled

@@ -10,25 +10,12 @@ from matplotlib.figure import Figure
 from gtao.errors import ConfigError, ShapeError
 
 from .comparison import Comparison
-from .comparison_images import error_limit
+from .comparison_images import error_limit, images_and_errors
 from .images import displayed
-from .style import (
-    INK,
-    MUTED,
-    NO_VALUE,
-    SIGNED,
-    ShownFigure,
-    grid_shape,
-    hide_unused,
-    method_styles,
-    new_figure,
-    styled,
-)
+from .style import MUTED, grid_shape, hide_unused, method_styles, new_figure, styled
 
 __all__ = ["LightingComparison", "LightingView", "lighting_bars", "lighting_images"]
 
-#: Height of an image in inches.
-_HEIGHT = 1.9
 #: Percentile of the true radiance that is drawn white.
 _WHITE = 98.0
 #: Of the luminance of linear RGB (Rec. 709).
@@ -87,7 +74,11 @@ class LightingComparison:
 
 @styled
 def lighting_bars(
-    errors: Mapping[str, Mapping[str, Mapping[str, float]]], *, title: str = "", ours: Sequence[str] = ()
+    errors: Mapping[str, Mapping[str, Mapping[str, float]]],
+    *,
+    title: str = "",
+    ours: Sequence[str] = (),
+    label: str = "RMSE / mean irradiance",
 ) -> Figure:
     """Error of every method, side by side for several kinds of light.
 
@@ -95,6 +86,7 @@ def lighting_bars(
         errors: Kind of light -> series, such as the source of visibility -> method -> error.
         title: Title.
         ours: Methods whose names are emphasised.
+        label: What the errors are.
 
     Returns:
         One panel per kind of light, two in a row, with one bar per method and series; methods in the order of the first
@@ -124,7 +116,7 @@ def lighting_bars(
             for y, value in zip(at, bars, strict=True):
                 axis.annotate(f"{value:.3f}", (value, y), xytext=(3, 0), textcoords="offset points", va="center",
                               fontsize=6.5, color=MUTED)  # fmt: skip
-        axis.set(xlim=(0, 1.16 * top or 1.0), xlabel="RMSE / mean irradiance")
+        axis.set(xlim=(0, 1.16 * top or 1.0), xlabel=label)
         axis.set_title(kind)
         axis.grid(visible=False, axis="y")
     grid[0, 0].set(yticks=range(len(order)), yticklabels=order, ylim=(len(order) - 0.4, -0.6))
@@ -163,28 +155,12 @@ def lighting_images(view: LightingView, *, limit: float | None = None) -> Figure
     white = float(np.percentile(truth[mask].max(-1), _WHITE)) or 1.0
     errors = {name: np.where(mask, (image - truth) @ _LUMINANCE / mean, np.nan) for name, image in images.items()}
     top = error_limit(errors) if limit is None else limit
-    width = max(_HEIGHT * truth.shape[1] / truth.shape[0], 1.3)
-    columns = 1 + len(images)
-    figure = ShownFigure(figsize=(width * columns, 2 * _HEIGHT + 1.1), layout="constrained")
-    axes = np.asarray(figure.subplots(2, columns, squeeze=False))
-    for axis in axes.flat:
-        axis.set(xticks=[], yticks=[], facecolor=NO_VALUE)
-        axis.grid(visible=False)
-        axis.spines[:].set_visible(False)
     shown = {"ray-traced": truth, **images}
-    for axis, (name, image) in zip(axes[0], shown.items(), strict=True):
-        axis.imshow(displayed(np.where(mask[..., None], image, np.nan), (0.0, white)), interpolation="nearest")
-        axis.set_title(name, color=INK)
-    axes[1, 0].set_axis_off()
-    drawn = None
-    for axis, error in zip(axes[1, 1:], errors.values(), strict=True):
-        drawn = axis.imshow(np.ma.masked_invalid(error), cmap=SIGNED, vmin=-top, vmax=top, interpolation="nearest")
-        root = float(np.sqrt(np.nanmean(error**2)))
-        axis.set_xlabel(f"RMSE {root:.3f}, mean {np.nanmean(error):+.3f}", color=MUTED, fontsize=7.5, loc="left")
-    figure.colorbar(drawn, ax=axes[1, 1:], label="(estimate − truth) / mean", extend="both", location="bottom",
-                    aspect=60, shrink=0.6)  # fmt: skip
-    figure.suptitle(f"{view.frame} under {view.light}, {view.source}", fontweight="bold")
-    return figure
+    pictures = {
+        name: displayed(np.where(mask[..., None], image, np.nan), (0.0, white)) for name, image in shown.items()
+    }
+    title = f"{view.frame} under {view.light}, {view.source}"
+    return images_and_errors(pictures, errors, top, title=title, label="(estimate − truth) / mean")
 
 
 def _first(sources: Mapping[str, Mapping[str, float]], method: str) -> float:

@@ -9,7 +9,7 @@ from .comparing import figure_name
 from .comparison import Comparison
 from .comparison_tables import TABLE_STYLE, summary_rows, summary_table
 from .lighting import LightingComparison, lighting_bars, lighting_images
-from .markup import html_table, image, json_block, paragraph, section
+from .markup import html_table, image, paragraph, repeating, section
 from .page import page
 
 __all__ = ["lighting_figures", "lighting_report"]
@@ -57,7 +57,7 @@ def lighting_report(comparison: LightingComparison, *, figures: Mapping[str, Fig
         pictures = [image(drawn[figure_name(v.frame, v.light)], f"{v.frame}, {v.source}") for v in views]
         tables = [_tables(name, table) for name, table in cuts.items()]
         sections.append(section(light, *pictures, *tables, anchor=f"light-{i}"))
-    sections.append(_repeat(comparison))
+    sections.append(repeating(comparison.command, comparison.versions, comparison.record))
     return page(comparison.title, "\n".join(sections), style=TABLE_STYLE)
 
 
@@ -96,12 +96,3 @@ def _tables(cut: str, table: Comparison) -> str:
         words = f"{html.escape(cut)}, {html.escape(group)}"
         parts.append(f"<details><summary>{words}</summary>{summary_table(table, summary_rows(table, group))}</details>")
     return "".join(parts)
-
-
-def _repeat(comparison: LightingComparison) -> str:
-    parts = [f"<div class=scroll><pre>{html.escape(comparison.command)}</pre></div>"] if comparison.command else []
-    if comparison.versions:
-        rows = [[html.escape(name), html.escape(version)] for name, version in comparison.versions.items()]
-        parts.append(html_table(["", "version"], rows))
-    parts.append(json_block(comparison.record))
-    return section("How to repeat it", *parts) if any(parts) else ""

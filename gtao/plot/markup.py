@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from .style import png_bytes
 
-__all__ = ["data_uri", "folded", "html_table", "image", "json_block", "paragraph", "section", "tiles"]
+__all__ = ["data_uri", "folded", "html_table", "image", "json_block", "paragraph", "repeating", "section", "tiles"]
 
 #: Pixels of the page per inch of a figure: the widest just fill the column.
 _PIXELS_PER_INCH = 92
@@ -66,3 +66,13 @@ def folded(summary: str, text: str | None) -> str:
 def json_block(record: Mapping[str, Any] | None) -> str:
     """A record, folded."""
     return folded("Record", json.dumps(record, indent=2, default=str)) if record else ""
+
+
+def repeating(command: str, versions: Mapping[str, str], record: Mapping[str, Any] | None) -> str:
+    """The section on how to repeat a run; nothing where nothing is known of it."""
+    parts = [f"<div class=scroll><pre>{html.escape(command)}</pre></div>"] if command else []
+    if versions:
+        rows = [[html.escape(name), html.escape(version)] for name, version in versions.items()]
+        parts.append(html_table(["", "version"], rows))
+    parts.append(json_block(record))
+    return section("How to repeat it", *parts) if any(parts) else ""

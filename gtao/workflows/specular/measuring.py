@@ -3,34 +3,102 @@
 import numpy as np
 
 from gtao import evaluate
-from gtao.plot import MethodResult
+from gtao.plot import MethodResult, SceneComparison
 
 from .frames import GlossyFrame
-from .methods import occlusion_of
+from .methods import DENSE, EXACT, GAME, TRACED, occlusion_of
 
-__all__ = ["errors", "occlusion"]
+__all__ = ["STEPS", "Occlusions", "measured", "steps", "truth_of"]
+
+#: Image and its variance.
+Noisy = tuple[np.ndarray, np.ndarray]
+
+#: Source and method.
+Stage = tuple[str, str]
+
+#: What a step of the error is -> what is before it and after it; None stands for the truth.
+STEPS: dict[str, tuple[Stage | None, Stage]] = {
+    "visibility is a cone": (None, (TRACED, EXACT)),
+    "no azimuth, table": ((TRACED, EXACT), (TRACED, "brdf-4d")),
+    "bent normal for normal, table": ((TRACED, EXACT), (TRACED, "brdf-3d")),
+    "lobe about the reflection": ((TRACED, EXACT), (TRACED, "cone-lobe")),
+    "lobe is a cone": ((TRACED, "cone-lobe"), (TRACED, "cone-cone")),
+    "published aperture": ((TRACED, "brdf-4d"), (TRACED, "brdf-4d-published")),
+    "depth buffer": ((TRACED, EXACT), (DENSE, EXACT)),
+    "few slices, filter": ((DENSE, EXACT), (GAME, EXACT)),
+}
 
 
-def occlusion(frame: GlossyFrame, source: str, name: str, roughness: float, f0: float) -> tuple[np.ndarray, np.ndarray]:
-    """(H, W) occlusion as a method has it, and its variance by what it was given: two runs, or one without noise."""
-    given = frame.given[source]
-    images = [occlusion_of(name, frame.view.g, one, roughness, f0).astype(np.float64) for one in given]
-    a, b = images[0], images[-1]
+class Occlusions:
+    """Occlusion of one frame as methods have it, each computed once: (source, name, roughness) -> its runs."""
+
+    def __init__(self, frame: GlossyFrame, f0: float):
+        self.frame, self.f0 = frame, f0
+        self._found: dict[tuple[str, str, float], list[np.ndarray]] = {}
+
+    def runs(self, source: str, name: str, roughness: float) -> list[np.ndarray]:
+        """(H, W) occlusion: two independent runs where visibility is traced, else one."""
+        key = source, name, roughness
+        if key not in self._found:
+            g, given = self.frame.view.g, self.frame.given[source]
+            images = [occlusion_of(name, g, one, roughness, self.f0) for one in given]
+            self._found[key] = [image.astype(np.float64) for image in images]
+        return self._found[key]
+
+    def image(self, source: str, name: str, roughness: float) -> Noisy:
+        """(H, W) occlusion and its variance, 0 where it is of one run."""
+        return pooled(self.runs(source, name, roughness))
+
+
+def pooled(runs: list[np.ndarray]) -> Noisy:
+    """Mean of one or two runs and its variance, 0 of one."""
+    a, b = runs[0], runs[-1]
     return (a + b) / 2, (a - b) ** 2 / 4
 
 
-def truth(frame: GlossyFrame, roughness: float) -> tuple[np.ndarray, np.ndarray]:
+def truth_of(frame: GlossyFrame, roughness: float) -> Noisy:
     """(H, W) ray-traced occlusion and its variance."""
-    a, b = frame.truths[roughness]
-    return (a + b) / 2, (a - b) ** 2 / 4
+    return pooled(list(frame.truths[roughness]))
 
 
-def errors(frame: GlossyFrame, source: str, name: str, roughness: float, f0: float) -> MethodResult:
-    """One method, given one source of visibility, at one roughness."""
+def measured(found: Occlusions, names: tuple[str, ...], roughness: float) -> SceneComparison:
+    """Every method with every source of visibility, at one roughness."""
+    frame = found.frame
     mask = frame.view.mask
-    (image, noise), (reference, variance) = occlusion(frame, source, name, roughness, f0), truth(frame, roughness)
-    metrics: dict[str, float | None] = {
-        "rmse": evaluate.corrected_rmse(image[mask], reference[mask], (noise + variance)[mask]),
-        "bias": evaluate.bias(image[mask], reference[mask]),
+    reference, variance = truth_of(frame, roughness)
+    rows = []
+    for source in frame.given:
+        for name in names:
+            image, noise = found.image(source, name, roughness)
+            metrics: dict[str, float | None] = {
+                "rmse": evaluate.corrected_rmse(image[mask], reference[mask], (noise + variance)[mask]),
+                "bias": evaluate.bias(image[mask], reference[mask]),
+            }
+            rows.append(MethodResult(name=name, label=name, metrics=metrics, group=source))
+    return SceneComparison(
+        name=frame.view.name,
+        radius=frame.view.radius,
+        truth=reference,
+        mask=mask,
+        methods=rows,
+        noise=evaluate.noise_floor(variance[mask]),
+    )
+
+
+def steps(found: Occlusions, names: tuple[str, ...], roughness: float) -> dict[str, float]:
+    """Step -> root mean square of what it changes, without noise; of the steps whose methods all take part."""
+    return {
+        step: _root(found, before, after, roughness)
+        for step, (before, after) in STEPS.items()
+        if {name for _, name in filter(None, (before, after))} <= {*names}
     }
-    return MethodResult(name=name, label=name, metrics=metrics, group=source, visibility=image)
+
+
+def _root(found: Occlusions, before: Stage | None, after: Stage, roughness: float) -> float:
+    first = list(found.frame.truths[roughness]) if before is None else found.runs(*before, roughness)
+    last = found.runs(*after, roughness)
+    # Runs are paired: what both sides of a step have of the same rays is no noise of the difference.
+    n = max(len(first), len(last))
+    difference, variance = pooled([last[k % len(last)] - first[k % len(first)] for k in range(n)])
+    mask = found.frame.view.mask
+    return evaluate.corrected_rmse(difference[mask], np.zeros(mask.sum()), variance[mask])

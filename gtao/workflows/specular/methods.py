@@ -1,7 +1,8 @@
 """Methods of specular occlusion by name, and whose visibility and directions they are given."""
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from gtao.config import (
     ConeTable,
     EdgeAwareFilter,
     Lagarde2014,
+    Pipeline,
     VisibilityAsSpecular,
 )
 from gtao.data import specular as data
@@ -25,10 +27,13 @@ from gtao.workflows.views import View
 
 __all__ = [
     "DENSE",
+    "EXACT",
     "GAME",
+    "RECOMMENDED",
     "SPECULAR_METHODS",
     "TRACED",
     "Given",
+    "method_of",
     "occlusion_of",
     "screen_estimates",
     "traced_estimates",
@@ -36,6 +41,7 @@ __all__ = [
 
 #: Where visibility and directions come from.
 TRACED, DENSE, GAME = "ray-traced visibility", "dense slices", "few slices, filtered"
+RECOMMENDED = "recommended pipeline"
 #: Slices and steps per side.
 DENSE_COUNTS, GAME_COUNTS = (32, 32), (3, 3)
 
@@ -52,9 +58,12 @@ class _Entry:
     table: str = ""
 
 
+#: The method that sums up the BRDF over the cone.
+EXACT = "cone-brdf"
+
 _SEED: dict[str, Any] = {"aperture": "seed"}
 _ENTRIES = {
-    "cone-brdf": _Entry(ConeBRDF(**_SEED), "uniform"),
+    EXACT: _Entry(ConeBRDF(**_SEED), "uniform"),
     "brdf-4d": _Entry(ConeTable(**_SEED), "uniform"),
     "brdf-4d-tilted": _Entry(ConeTable(aperture="tilted")),
     "brdf-4d-matched": _Entry(ConeTable(aperture="matched")),
@@ -76,17 +85,18 @@ _ENTRIES = {
 SPECULAR_METHODS: Mapping[str, Any] = {name: entry.method for name, entry in _ENTRIES.items()}
 
 
+def method_of(name: str) -> Any:
+    """The method of a name, with its table; None stands for an occlusion of 1."""
+    entry = _ENTRIES[name]
+    return replace(entry.method, table=data.shipped(entry.table)) if entry.table else entry.method
+
+
 def occlusion_of(name: str, g: GBuffer, given: Given, roughness: float, f0: float) -> np.ndarray:
     """(H, W) specular occlusion as a method has it."""
-    entry = _ENTRIES[name]
-    if entry.method is None:
+    method = method_of(name)
+    if method is None:
         return np.ones(g.shape, np.float32)
-    method = entry.method if not entry.table else ConeTable(table=_table(entry.table), aperture=entry.method.aperture)
-    return specular_occlusion(given[entry.weighting], g, roughness, f0, method).numpy()
-
-
-def _table(kind: str) -> data.SpecularTable:
-    return data.shipped(kind)
+    return specular_occlusion(given[_ENTRIES[name].weighting], g, roughness, f0, method).numpy()
 
 
 def traced_estimates(view: View, spp: int, seeds: Sequence[int]) -> dict[str, AmbientOcclusion]:
@@ -114,4 +124,10 @@ def screen_estimates(view: View, seed: int) -> dict[str, dict[str, AmbientOcclus
         for weighting in ("cosine", "uniform"):
             ao = ambient_occlusion(view.g, GTAO(weighting=weighting, bent_normal=True, **options))
             found[source][weighting] = denoise(ao, view.g, EdgeAwareFilter(passes=2)) if source == GAME else ao
+    if math.isfinite(view.radius):  # which that pipeline is made for
+        pipeline = Pipeline.recommended(view.radius, bent_normal=True)
+        found[RECOMMENDED] = {
+            weighting: replace(pipeline, occlusion=replace(pipeline.occlusion, weighting=weighting)).step(view.g)
+            for weighting in ("cosine", "uniform")
+        }
     return found
