@@ -15,7 +15,7 @@ from gtao.tensors import scalar, to_tensor
 
 from .estimate import check_frame
 from .multibounce import multibounce
-from .specular import environment_terms, specular_reflectance
+from .specular import environment_terms, reflection_of
 from .specular_pixels import View, shares
 
 __all__ = ["reflected_directions", "shade", "specular_radiance"]
@@ -78,7 +78,8 @@ def specular_radiance(occlusion: Any, prefiltered_radiance: Any, g: GBuffer, rou
     check_frame(g)
     S = _colours(occlusion, "occlusion", g)
     L = _colours(prefiltered_radiance, "prefiltered_radiance", g)
-    F = _reflectance(g, roughness, f0)
+    A, B = environment_terms(View.of(g, roughness), g.types)
+    F = [dr.fma(f, A, B) for f in _three(shares(f0, "f0", g))]
     return _image([s * f * light for s, f, light in zip(S, F, L, strict=True)], g)
 
 
@@ -123,7 +124,7 @@ def shade(
         ShapeError: the estimate is not of this frame, an array has another shape, or roughness, F0 or albedo lie
             outside of [0, 1].
     """
-    specular = specular_reflectance(ao, g, roughness, f0, method)
+    reflection = reflection_of(ao, g, roughness, method)
     L = _colours(prefiltered_radiance, "prefiltered_radiance", g)
     E = _colours(irradiance, "irradiance", g)
     if albedo is None and g.albedo is None:
@@ -131,9 +132,9 @@ def shade(
     rho = _three(shares(g.albedo if albedo is None else albedo, "albedo", g))
     if fit is not None:
         E = [e * bounces for e, bounces in zip(E, _bounced(ao, g, rho, fit), strict=True)]
-    SF, F = _colours(specular, "occlusion", g), _reflectance(g, roughness, f0)
     channels = [
-        dr.fma((1 - f) * (1 / math.pi) * r, e, sf * light) for f, r, e, sf, light in zip(F, rho, E, SF, L, strict=True)
+        dr.fma((1 - reflection.unoccluded(f)) * (1 / math.pi) * r, e, reflection.reflectance(f) * light)
+        for f, r, e, light in zip(_three(shares(f0, "f0", g)), rho, E, L, strict=True)
     ]
     return _image(channels, g)
 
@@ -148,12 +149,6 @@ def _bounced(ao: AmbientOcclusion, g: GBuffer, rho: list[Any], fit: MultibounceF
         )
     wide = [r + dr.zeros(g.types.Float, g.shape[0] * g.shape[1]) for r in rho]
     return [multibounce(A, g.types.Tensor(r, g.shape), fit).array for r in wide]
-
-
-def _reflectance(g: GBuffer, roughness: Any, f0: Any) -> list[Any]:
-    """F0 A + B of each channel."""
-    A, B = environment_terms(View.of(g, roughness), g.types)
-    return [dr.fma(f, A, B) for f in _three(shares(f0, "f0", g))]
 
 
 def _colours(value: Any, name: str, g: GBuffer) -> list[Any]:

@@ -24,7 +24,14 @@ from .estimate import check_estimate, check_frame
 from .specular_pixels import Pixels, View, limited, shares, spread
 from .specular_tables import look_up
 
-__all__ = ["environment_brdf", "environment_terms", "specular_occlusion", "specular_reflectance"]
+__all__ = [
+    "Reflection",
+    "environment_brdf",
+    "environment_terms",
+    "reflection_of",
+    "specular_occlusion",
+    "specular_reflectance",
+]
 
 
 def specular_occlusion(ao: AmbientOcclusion, g: GBuffer, roughness: Any, f0: Any = 0.04, method: Any = None) -> Any:
@@ -54,7 +61,7 @@ def specular_occlusion(ao: AmbientOcclusion, g: GBuffer, roughness: Any, f0: Any
             ``ao`` no estimate.
         ShapeError: the estimate is not of this frame; roughness or F0 have another shape, or lie outside of [0, 1].
     """
-    reflection = _reflection(ao, g, roughness, method)
+    reflection = reflection_of(ao, g, roughness, method)
     return _image(g, [reflection.occlusion(f) for f in shares(f0, "f0", g)], f0, 1)
 
 
@@ -67,7 +74,7 @@ def specular_reflectance(ao: AmbientOcclusion, g: GBuffer, roughness: Any, f0: A
     Returns:
         (H, W) tensor in [0, 1], or (H, W, 3) where ``f0`` has three channels; 0 on the background.
     """
-    reflection = _reflection(ao, g, roughness, method)
+    reflection = reflection_of(ao, g, roughness, method)
     return _image(g, [reflection.reflectance(f) for f in shares(f0, "f0", g)], f0, 0)
 
 
@@ -93,7 +100,8 @@ def environment_brdf(g: GBuffer, roughness: Any) -> Any:
     return Planes(tuple(dr.select(g.mask.array, t, 0) for t in terms), g.shape).tensor()
 
 
-def _reflection(ao: Any, g: Any, roughness: Any, method: Any) -> "_Reflection":
+def reflection_of(ao: Any, g: Any, roughness: Any, method: Any) -> "Reflection":
+    """What a method makes of a frame; arguments and errors are those of :func:`specular_occlusion`."""
     backend.require()
     method = ConeTable() if method is None else method
     if type(method) not in _METHODS:
@@ -107,11 +115,11 @@ def _reflection(ao: Any, g: Any, roughness: Any, method: Any) -> "_Reflection":
     if pixels.b is not None:
         # A mirror's limit of a cone of no width about the reflected direction is no darkness.
         found = [dr.select(pixels.A > 0, s, 0) for s in found[:2]] + found[2:]
-    return _Reflection(found, lambda: environment_terms(view, g.types, getattr(method, "environment", None)))
+    return Reflection(found, lambda: environment_terms(view, g.types, getattr(method, "environment", None)))
 
 
 @dataclass(frozen=True)
-class _Reflection:
+class Reflection:
     """What is left of reflections.
 
     Attributes:
@@ -122,7 +130,13 @@ class _Reflection:
     found: list[Any]
     environment: Callable[[], list[Any]]
 
+    def unoccluded(self, f0: Any) -> Any:
+        """F0 A + B."""
+        _, _, A, B = self._terms
+        return dr.fma(f0, A, B)
+
     def occlusion(self, f0: Any) -> Any:
+        """S."""
         if len(self.found) == 1:
             return self.found[0]
         A_V, B_V, A, B = self._terms
@@ -131,6 +145,7 @@ class _Reflection:
         return limited(dr.fma(f0, A_V, B_V) / dr.fma(f0, A, B))
 
     def reflectance(self, f0: Any) -> Any:
+        """F0 A_V + B_V."""
         A_V, B_V, _, _ = self._terms
         return dr.fma(f0, A_V, B_V)
 
