@@ -51,14 +51,14 @@ class ConeTable(_Cone):
             Inside ``dr.freeze`` both must be given, with Dr.Jit tensors that are arguments of the frozen function.
         aperture: of the cone: "seed" as published, cos α = √(1 - A), which takes the bent normal for the normal;
             "tilted", sin² α = A / ⟨N, B⟩, the cone about the bent normal that has the visibility A if the tangent plane
-            leaves it whole; "matched", the cone that has it whether cut or not, which may be wider than a hemisphere
-            (tables end at one). With uniform weighting the first two are cos α = 1 - A, and "matched" is the cone of
-            which the tangent plane leaves the solid angle 2π A. Theory, eq. (151).
+            leaves it whole; "matched", the cone that has it whether cut or not, which may be wider than a hemisphere.
+            With uniform weighting the first two are cos α = 1 - A, and "matched" is the cone of which the tangent plane
+            leaves the solid angle 2π A. Theory, eq. (151). The wider cones suit rough surfaces, the seed smooth ones.
     """
 
     table: Any = None
     environment: Any = None
-    aperture: Aperture = "tilted"
+    aperture: Aperture = "seed"
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -92,7 +92,7 @@ class ConeCone(_Cone):
     intersection: Intersection = "exact"
     reflection: Reflection = "power"
     u: Any = 0.01
-    aperture: Aperture = "tilted"
+    aperture: Aperture = "seed"
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -114,7 +114,7 @@ class ConeLobe(_Cone):
     """
 
     distribution: Lobe = "ggx"
-    aperture: Aperture = "tilted"
+    aperture: Aperture = "seed"
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -133,7 +133,7 @@ class ConeBRDF(_Cone):
         n_nodes: nodes of the quadrature in each of its two dimensions, 4 to 64.
     """
 
-    aperture: Aperture = "tilted"
+    aperture: Aperture = "seed"
     n_nodes: int = 16
 
     def __post_init__(self) -> None:

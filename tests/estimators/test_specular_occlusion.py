@@ -31,7 +31,7 @@ METHODS = {
     "deep table": gtao.ConeTable(table=random_table((3, 4, 2, 3, 2), 1, "brdf-5d", "lobe"), aperture="matched"),
     "cones": gtao.ConeCone(),
     "matched cones": gtao.ConeCone(aperture="matched"),
-    "published cones": gtao.ConeCone(aperture="seed", u=0.05),
+    "tilted cones": gtao.ConeCone(aperture="tilted", u=0.05),
     "smoothstep": gtao.ConeCone(intersection="oat"),
     "drobot": gtao.ConeCone(reflection="drobot"),
     "uludag": gtao.ConeCone(reflection="uludag"),
@@ -105,7 +105,7 @@ def test_lobes_in_cones(distribution):
     camera = CAMERAS["perspective"]
     g, ao, values = scene(camera)
     roughness = RNG.uniform(0.2, 1, camera.shape)
-    alpha_v, beta, _ = angles(values, "tilted")
+    alpha_v, beta, _ = angles(values, "seed")
     rows = zip(alpha_v.flat, beta.flat, roughness.flat, strict=True)
     kind = {"ggx": specular.lobe_ggx, "phong": lambda alpha: specular.lobe_phong(2 / alpha**2 - 2)}[distribution]
     want = [specular.cone_lobe(a, b, kind(r * r), r * r) for a, b, r in rows]

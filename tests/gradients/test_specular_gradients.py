@@ -17,7 +17,7 @@ CAMERA = gtao.PerspectiveCamera(SHAPE[1], SHAPE[0], 1.2)
 DIRECTIONAL, PLAIN = {"A", "B", "normal", "roughness"}, {"A", "normal", "roughness"}
 METHODS = {
     "cones": (gtao.ConeCone(), DIRECTIONAL),
-    "published cones": (gtao.ConeCone(aperture="seed"), DIRECTIONAL),
+    "tilted cones": (gtao.ConeCone(aperture="tilted"), DIRECTIONAL),
     "matched cones": (gtao.ConeCone(aperture="matched"), DIRECTIONAL),
     "smoothstep": (gtao.ConeCone(intersection="oat"), DIRECTIONAL),
     "drobot": (gtao.ConeCone(reflection="drobot"), DIRECTIONAL),
