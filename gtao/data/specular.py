@@ -2,11 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 from gtao.errors import ConfigError, ShapeError
 
-__all__ = ["KINDS", "SpecularTable"]
+__all__ = ["KINDS", "SHIPPED", "SpecularTable", "shipped"]
 
 #: Kind -> number of coordinates and numbers of channels that its tables may have.
 KINDS: Mapping[str, tuple[int, tuple[int, ...]]] = {
@@ -17,6 +19,11 @@ KINDS: Mapping[str, tuple[int, tuple[int, ...]]] = {
     "brdf-5d": (5, (1, 2)),
     "environment-brdf": (2, (2,)),
 }
+
+#: Kinds of which a table comes with the package.
+SHIPPED = ("cone-cone", "brdf-4d", "brdf-5d", "environment-brdf")
+
+_FOLDER = Path(__file__).parent / "tables"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -69,3 +76,18 @@ class SpecularTable:
     def __repr__(self) -> str:
         size = "x".join(map(str, self.size))
         return f"SpecularTable({self.kind!r}, {size}, {self.n_channels} channel(s), axes={self.axes!r})"
+
+
+@cache
+def shipped(kind: str) -> SpecularTable:
+    """The table of a kind that comes with the package, on the axes with the least error (references/tables).
+
+    Raises:
+        ConfigError: there is none of that kind.
+    """
+    if kind not in SHIPPED:
+        raise ConfigError(f"no table {kind!r} is shipped, only {', '.join(SHIPPED)}; bake one with gtao.tables.bake")
+    # Only who looks tables up needs NumPy.
+    from gtao.io.tables import read_table
+
+    return read_table(_FOLDER / f"{kind}.npz")

@@ -11,11 +11,11 @@ from gtao.data.specular import KINDS, SpecularTable
 from gtao.errors import ConfigError, ShapeError
 from gtao.kernels.table_axes import ARGUMENTS, AXES, DEFAULT_AXES, TableAxes
 
-from .brdf import TOLERANCE
+from .brdf import TOLERANCE, Quadrature
 from .lanes import lanes, numbers
 from .values import DISTRIBUTIONS, value_of
 
-__all__ = ["bake", "environment_brdf"]
+__all__ = ["bake", "environment_brdf", "texels"]
 
 
 def bake(
@@ -59,21 +59,18 @@ def bake(
     shape = _shape(kind, size)
     # The last index is that of x, the first coordinate.
     unit = [i.ravel() / (n - 1) for i, n in zip(np.indices(shape)[::-1], shape[::-1], strict=True)]
-    arguments = mapping.from_unit(*lanes(*unit))
-    given = tuple(numbers(a, like=unit[0]) for a in arguments)
-    scale = numbers(mapping.scale(**dict(zip(ARGUMENTS[kind], arguments, strict=True))), like=unit[0])
 
     def step(done: int, total: int) -> None:
         if progress is not None:
             progress(f"bake {kind}", done, total)
 
-    found = value_of(kind, given, distribution=distribution, brdf=brdf, tolerance=tolerance, progress=step)
-    values = (found.values / scale[:, None]).reshape(*shape, -1)
+    found = texels(mapping, unit, distribution=distribution, brdf=brdf, tolerance=tolerance, progress=step)
+    values = found.values.reshape(*shape, -1)
     settings = {
         "distribution": distribution,
         "brdf": "GGX" if brdf is None else "another",
         "tolerance": tolerance,
-        "quadrature_error": float(found.error.max()),
+        "quadrature_error": float(f"{found.error.max():.1e}"),
     }
     return SpecularTable(
         kind=kind,
@@ -87,6 +84,15 @@ def bake(
 def environment_brdf(size: int | Sequence[int] = 64, axes: str | None = None) -> SpecularTable:
     """A and B, what of a white dome a surface reflects: F0 A + B (Karis 2013); see :func:`bake`."""
     return bake("environment-brdf", size, axes)
+
+
+def texels(mapping: TableAxes, unit: Sequence[np.ndarray], **options: Any) -> Quadrature:
+    """What a table holds at coordinates, each (n,), x first: values (n, C); options of :func:`value_of`."""
+    arguments = mapping.from_unit(*lanes(*unit))
+    given = [numbers(a, like=unit[0]) for a in arguments]
+    scale = numbers(mapping.scale(**dict(zip(ARGUMENTS[mapping.kind], arguments, strict=True))), like=unit[0])
+    found = value_of(mapping.kind, tuple(given), **options)
+    return found._replace(values=found.values / scale[:, None])
 
 
 def _mapping(kind: str, axes: str | None) -> TableAxes:

@@ -40,10 +40,16 @@ def value_of(
         return hemisphere_terms(given["alpha"], given["theta_o"], tolerance=tolerance)
     alpha_v, beta, alpha = (given[name] for name in ("alpha_v", "beta", "alpha"))
     if kind.startswith("brdf"):
-        full = alpha_v, beta, alpha, given.get("theta_o", beta), given.get("chi", np.zeros_like(beta))
+        chi = given.get("chi", np.zeros_like(beta))
+        # What a cone wider than a hemisphere leaves out is a cone about the opposite axis, which has fewer cuts.
+        wide = alpha_v > 0.5 * np.pi
+        alpha_v, beta_, chi = (np.where(wide, np.pi - x, x) for x in (alpha_v, beta, chi))
+        full = alpha_v, beta_, alpha, given.get("theta_o", beta), chi
         if brdf is None:
-            return cone_shares(*full, tolerance=tolerance, progress=progress)
-        return _materials(full, brdf, tolerance, progress)
+            found = cone_shares(*full, tolerance=tolerance, progress=progress)
+        else:
+            found = _materials(full, brdf, tolerance, progress)
+        return found._replace(values=np.where(wide[:, None], 1 - found.values, found.values))
     v, b, a = lanes(alpha_v, beta, alpha)
     if kind == "cone-cone":
         return Quadrature(numbers(cap_share(v, aperture(a), b), like=beta)[:, None], np.zeros(len(beta)))
