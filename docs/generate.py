@@ -9,7 +9,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from _validation import comparison, estimator, lighting, methods, multibounce, packing, performance, preset
+from _validation import comparison, estimator, lighting, methods, multibounce, packing, performance, preset, shading
 
 import gtao
 
@@ -33,7 +33,7 @@ def pages():
     """File name -> text."""
     paths = {
         name: ROOT / "references" / name / "record.json"
-        for name in ("validation", "comparison", "lighting", "packing", "performance")
+        for name in ("validation", "comparison", "lighting", "packing", "performance", "shading")
     }
     paths |= {kind: newest(kind) for kind in ("occlusion", "multibounce")}
     records = {name: gtao.io.read_record(path) for name, path in paths.items()}
@@ -64,6 +64,7 @@ Every number on this page comes from {source(paths["lighting"])}.
         "directional-occlusion.md": under_light,
         "generated/performance.md": f"{NOTICE}\n\n{performance.section(records['performance'])}",
         "generated/packing.md": f"{NOTICE}\n\n{packing.section(records['packing'])}",
+        "generated/shading.md": f"{NOTICE}\n\n{shading.section(records['shading'])}",
         "generated/methods.md": f"{NOTICE}\n\n{methods.section(records['comparison'])}\n",
     }
 

@@ -36,6 +36,7 @@ def test_all_notebooks_are_here():
         "camera_from_visibility.ipynb",
         "scene_from_photograph.ipynb",
         "directional_occlusion.ipynb",
+        "specular_occlusion.ipynb",
     }
 
 

@@ -1,6 +1,6 @@
 """Shade a textured scene as a renderer in real time would, beside Mitsuba's path tracer, and write ``record.json``.
 
-    python references/shading/run.py            # a minute and a half on two cores
+    python references/shading/run.py            # less than a minute on two cores
     python references/shading/run.py --quick -o out/shading-quick
 
 Every variant is (1 - F) ρ/π E + F S L (Jimenez et al. 2016, Eq. 4) of a G-buffer, with light from a pre-filtered map,
@@ -22,7 +22,7 @@ import gtao
 HERE = Path(__file__).resolve().parent
 
 #: Shading is done for FINE² points of each pixel, as the path tracer spreads its own over it.
-FULL = {"width": 192, "height": 128, "fine": 2, "spp": 512, "traced_spp": 64, "n_slices": 16, "n_steps": 32}
+FULL = {"width": 240, "height": 160, "fine": 2, "spp": 1024, "traced_spp": 128, "n_slices": 16, "n_steps": 32}
 QUICK = {"width": 48, "height": 32, "fine": 2, "spp": 16, "traced_spp": 16, "n_slices": 4, "n_steps": 8}
 #: Depth of paths: light straight from the sky, and light from other surfaces too.
 DIRECT, WHOLE = 2, 8
