@@ -24,7 +24,7 @@ DENSE = 0.75
 #: Cosine below which both directions graze: Smith's denominator stays what it is there.
 GRAZING = 1e-5
 #: Least sine of the half angle that a cone has in a plane, squared, for the derivatives of where it ends.
-LEAST = {True: 1e-6, False: 1e-12}
+LEAST = 1e-14
 
 
 class Surface(NamedTuple):
@@ -114,7 +114,7 @@ def _in_cone(cone, plane):
     meets = excess > 0
     middle = dr.atan2(e, cone.along)
     half = dr.select(meets, dr.atan2(dr.sqrt(dr.select(meets, excess, 1)), cone.cos_v), 0)
-    middle = dr.select(middle - plane.gamma > math.pi, middle - 2 * math.pi, middle)
+    # Never above: a cone that reaches past half a turn holds -ω_o, and all planes then have γ >= 0.
     middle = dr.select(middle - plane.gamma < -math.pi, middle + 2 * math.pi, middle)
     return middle - half, middle + half, (cone, e, dr.fma(e, e, cone.along * cone.along), excess)
 
@@ -186,8 +186,7 @@ def _slopes(surface, plane, direction, lobe):
 def _at_edges(surface, plane, edges, moves):
     """What the rim sweeps in the plane when the four numbers of the cone change, of a and then of b."""
     cone, e, length2, excess = moves
-    least = LEAST[dr.type_v(excess) is dr.VarType.Float32]
-    sine = dr.sqrt(dr.select(excess > least, excess, least))
+    sine = dr.sqrt(dr.select(excess > LEAST, excess, LEAST))
     by_length2 = 1 / length2
     results: list[Any] = [0] * 8
     for angle, sign in edges:

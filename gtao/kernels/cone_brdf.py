@@ -14,6 +14,7 @@ from .microfacet import LEAST_ALPHA
 
 __all__ = ["cone_brdf", "hemisphere_brdf"]
 
+RIGHT_ANGLE = 0.5 * math.pi
 #: Nodes on each side of a plane beyond half the number of planes.
 EXTRA = 2
 
@@ -30,13 +31,13 @@ def cone_brdf(alpha_v, beta, chi, alpha, theta_o, n_nodes=16):
         beta: angle between its axis and the reflected direction, in [0, π].
         chi: azimuth of its axis about the reflected direction.
         alpha: width of the slopes of microfacets, in [0, 1]; from 0.0001 down that of 0.0001.
-        theta_o: angle between the normal and the view vector, in [0, ½π].
+        theta_o: angle between the normal and the view vector, in [0, ½π]; larger ones count as ½π.
         n_nodes: planes, each with about as many nodes. With 16 the error of A_V is 5e-4 of A (root mean square).
     """
-    inputs = alpha_v, beta, chi, alpha, theta_o
+    attached = any(map(dr.grad_enabled, (alpha_v, beta, chi, alpha, theta_o)))
+    alpha_v, theta_o = (dr.select(x < RIGHT_ANGLE, x, RIGHT_ANGLE) for x in (alpha_v, theta_o))
     surface = _surface(alpha, theta_o)
-    widest = 0.5 * math.pi
-    sin_v, cos_v = dr.sincos(dr.select(alpha_v < widest, alpha_v, widest))
+    sin_v, cos_v = dr.sincos(alpha_v)
     (sin_b, cos_b), (sin_x, cos_x) = dr.sincos(beta), dr.sincos(chi)
     # The reflected direction is 2 θ_o from the view vector.
     sin_2, cos_2 = dr.sincos(2 * theta_o)
@@ -51,13 +52,12 @@ def cone_brdf(alpha_v, beta, chi, alpha, theta_o, n_nodes=16):
         ratio2 = fixed.sin_v * fixed.sin_v
         full = ratio2 >= distance2
         ratio2 = ratio2 / dr.select(full, 1, distance2)
-        spread = dr.atan2(dr.sqrt(ratio2), dr.sqrt(dr.select(ratio2 < 1, 1 - ratio2, 0)))
+        spread = dr.atan2(dr.sqrt(ratio2), dr.sqrt(1 - ratio2))
         # A plane has two sides: either of two azimuths will do.
         middle = dr.atan2(dr.select(fixed.across < 0, -fixed.aside, fixed.aside), abs(fixed.across))
         peak = _peak(surface)
         low, high = (_to_unit(angle, peak) for angle in (middle - spread, middle + spread))
-        low, high = dr.select(full, -widest, low), dr.select(full, widest, high)
-    attached = any(map(dr.grad_enabled, inputs))
+        low, high = dr.select(full, -RIGHT_ANGLE, low), dr.select(full, RIGHT_ANGLE, high)
     sums = _sum_of_planes(surface, fixed, (low, high, full), peak, n_nodes, n_nodes // 2 + EXTRA, attached)
     if not attached:
         return tuple(sums)
@@ -71,15 +71,16 @@ def hemisphere_brdf(alpha, theta_o, n_nodes=16):
 
     Args:
         alpha: width of the slopes of microfacets, in [0, 1].
-        theta_o: angle between the normal and the view vector, in [0, ½π].
+        theta_o: angle between the normal and the view vector, in [0, ½π]; larger ones count as ½π.
         n_nodes: as in :func:`cone_brdf`. Half of the planes are enough: both sides of that of incidence are alike.
     """
+    theta_o = dr.select(theta_o < RIGHT_ANGLE, theta_o, RIGHT_ANGLE)
     surface = _surface(alpha, theta_o)
     attached = dr.grad_enabled(alpha) or dr.grad_enabled(theta_o)
     with dr.suspend_grad():
         peak = _peak(surface)
         low = dr.zeros(type(peak), dr.width(peak))
-        planes = low, low + 0.5 * math.pi, low >= 0
+        planes = low, low + RIGHT_ANGLE, low >= 0
     sums = _sum_of_planes(surface, None, planes, peak, n_nodes // 2, n_nodes // 2 + EXTRA, attached)
     A, B, *by = (2 * x for x in sums)
     if not attached:
@@ -95,7 +96,6 @@ def _with_slopes(value, slopes, arguments):
 def _surface(alpha, theta_o):
     width = dr.select(alpha > LEAST_ALPHA, alpha, LEAST_ALPHA)
     sin_o, cos_o = dr.sincos(theta_o)
-    cos_o = dr.select(cos_o > 0, cos_o, 0)
     a2 = width * width
     return Surface(a2, cos_o, sin_o, dr.sqrt(dr.fma(1 - a2, cos_o * cos_o, a2)))
 
@@ -124,8 +124,8 @@ def _sum_of_planes(surface, cone, planes, peak, n_planes, n_inner, slopes):
         def body(i, *sums):
             x = dr.fma(2, dr.gather(Float, nodes, i), -1)
             # Where planes stop meeting the cone, what is in them starts like a root.
-            s, c = dr.sincos(0.5 * math.pi * x)
-            weight = 2 * half * dr.gather(Float, weights, i) * dr.select(full, 1, 0.5 * math.pi * c)
+            s, c = dr.sincos(RIGHT_ANGLE * x)
+            weight = 2 * half * dr.gather(Float, weights, i) * dr.select(full, 1, RIGHT_ANGLE * c)
             s, c = dr.sincos(dr.fma(half, dr.select(full, x, s), middle))
             s = s * peak
             scale = dr.rcp(dr.fma(c, c, s * s))

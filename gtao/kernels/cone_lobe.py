@@ -49,7 +49,7 @@ def cone_lobe(alpha_v, beta, alpha, distribution="ggx", n_nodes=16) -> Any:
         # Up to the azimuth τ the rim is within 90°. The integrand is continuous there, and nodes may lie anywhere.
         ahead, behind = dr.cos(2 * less), -dr.cos(2 * more)
         beyond = behind > 0
-        half = dr.select(beyond, dr.atan2(_root(ahead), _root(behind)), 0.5 * math.pi)
+        half = dr.select(beyond, dr.atan2(dr.sqrt(dr.select(ahead > 0, ahead, 0)), dr.sqrt(behind)), 0.5 * math.pi)
         sin_half, cos_half = dr.sincos(half)
         # As fine as the lobe is where the rim is nearest to its axis.
         fine = a2 + q0
@@ -71,10 +71,6 @@ def cone_lobe(alpha_v, beta, alpha, distribution="ggx", n_nodes=16) -> Any:
     total = total + dr.select(beyond, dr.fma(2 * cos_v, math.pi - 2 * half, 4 * rest), 0)
     v = dr.sin(0.5 * alpha_v)
     return dr.fma(v, v, total * (0.25 / math.pi))
-
-
-def _root(x):
-    return dr.sqrt(dr.select(x > 0, x, 0))
 
 
 def _series(coefficients, x) -> Any:

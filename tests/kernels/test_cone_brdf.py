@@ -113,6 +113,9 @@ def test_cones_opposite_to_the_view(precision):
 
 def test_grazing_views(precision):
     theta_o = PI / 2 - np.array([0.03, 0.01, 1e-3])
+    whole = hemisphere(precision, 0.3, theta_o, 128)
+    want = np.array([oracle.environment_brdf(0.3, t) for t in theta_o])
+    assert whole == pytest.approx(want, abs=2e-4)
     for alpha in (0.1, 0.5):
         columns = np.full(3, 1.0), np.full(3, 0.6), np.full(3, 0.5), np.full(3, alpha), theta_o
         want = np.array([oracle.cone_brdf(*row) for row in zip(*columns, strict=True)])
@@ -135,6 +138,31 @@ def test_narrow_cones_keep_their_digits(precision):
     double = np.array(cone_brdf(*(fine(c) for c in columns))[0]) / solid
     # Half angles of 1e-3 are 1e-4 of themselves off where directions are rounded to 1e-7.
     assert got == pytest.approx(double, rel=2e-3)
+
+
+def test_cones_narrower_than_roundings(precision):
+    """Directions are rounded to 1e-7, which must not make planes that miss a cone count as if they did not."""
+    rng = np.random.default_rng(14)
+    n = 2000
+    columns = [rng.uniform(*limits, n) for limits in ((0, 1), (0, 0.4), (-3, 3), (0.2, 1), (0.2, 1.2))]
+    columns[0] = np.full(n, 1e-6)
+    got = evaluate(precision, columns)[:, 0]
+    # D is at most 1 / (π 0.2²).
+    assert got.max() < 10 * oracle.cap(1e-6) / (4 * 0.04 * np.cos(1.2))
+    fine = dr.float64_array_t(precision.Float)
+    slopes = derivatives(precision, columns)[0]
+    A, B = cone_brdf(*(fine(c) for c in columns))
+    want = np.array(A + 3 * B) * 2 / 1e-6
+    # In single precision the rim's place in a plane is not known to better than a tenth of the half angle.
+    assert np.median(np.abs(slopes / want - 1)) < 0.2
+    assert np.abs(slopes).max() < 10 * want.max()
+
+
+def test_views_from_below_count_as_grazing(precision):
+    assert evaluate(precision, (0.7, 0.5, 0.3, 0.4, 2.0)) == pytest.approx(
+        evaluate(precision, (0.7, 0.5, 0.3, 0.4, PI / 2))
+    )
+    assert hemisphere(precision, 0.4, 2.0) == pytest.approx(hemisphere(precision, 0.4, PI / 2))
 
 
 def test_the_hemisphere(precision, truth):
