@@ -45,7 +45,8 @@ def compare_specular(
     up: Annotated[str | None, typer.Option(help="'x', 'y' or 'z'; default: z in embedded scenes, y in files.")] = None,
     turn: Annotated[float | None, typer.Option(help="Degrees that the light turns from frame to frame.")] = None,
     resolution: Resolution = None,
-    spp: Annotated[int | None, typer.Option(min=32, help="Rays per pixel.")] = None,
+    spp: Annotated[int | None, typer.Option(min=32, help="Rays per pixel under the white dome.")] = None,
+    lit_spp: Annotated[int | None, typer.Option(min=32, help="Pairs of rays per pixel under each light.")] = None,
     all_sensors: AllSensors = False,
     quick: Quick = False,
     seed: Seed = 0,
@@ -64,6 +65,7 @@ def compare_specular(
         turn=turn,
         resolution=resolution,
         spp=spp,
+        lit_spp=lit_spp,
         all_sensors=all_sensors,
         seed=seed,
     )

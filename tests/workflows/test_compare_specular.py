@@ -13,7 +13,7 @@ from gtao.workflows.lighting import lights
 from gtao.workflows.specular import composites, cone_shaped, frames, measuring
 from gtao.workflows.specular import tables as rows
 
-SMALL = {"resolution": 24, "spp": 64}
+SMALL = {"resolution": 24, "spp": 64, "lit_spp": 64}
 METHODS = ("cone-brdf", "brdf-4d", "cone-cone-published", "lagarde", "unoccluded")
 TRACED, DENSE = "ray-traced visibility", "dense slices"
 SOURCES = (TRACED, DENSE, "few slices, filtered", "recommended pipeline")
@@ -77,6 +77,7 @@ def test_everything_is_written_and_listed(outcome):
     assert "http://" not in page.replace("http://www.w3.org", "")
     assert all(word in page for word in ("vmf:4", *METHODS, *SOURCES, *SPLITS, "light alone", cone_shaped.CLOSURE))
     assert [entry["turn"] for entry in record["inputs"]] == [0, 120]
+    assert all(0 < entry["tilt"] < 60 for entry in record["inputs"])
     found = list(csv.DictReader((folder / "specular.csv").read_text().splitlines()))
     keys = {(r["frame"], r["roughness"], r["source"], r["method"]) for r in found}
     assert keys == {
@@ -314,7 +315,8 @@ def test_the_truth_and_what_methods_are_given_share_no_rays(frame):
         ({"radius": {"stairs": -1.0}}, "radius must be positive"),
         ({"up": "w"}, "up must be one of"),
         ({"turn": 400.0}, "turn must be"),
-        ({"spp": 40}, "multiple of 16"),
+        ({"spp": 40}, "spp must be a multiple of 16"),
+        ({"lit_spp": 16}, "lit_spp must be a multiple of 16"),
         ({"resolution": 8}, "at least 16"),
         ({"seed": -1}, "seed must lie"),
     ],

@@ -137,11 +137,11 @@ def _lit(
     given = {"environment": environment, "sensor": frame.view.sensor}
     start = [frame.view.scene, g, roughness]
     seeds = [(config.seed + RUNS + k) % 2**32 for k in range(3)]
-    traced = render.specular(*start, config.f0, frame.view.radius, config.spp, seeds[0], **given)
+    traced = render.specular(*start, config.f0, frame.view.radius, config.lit_spp, seeds[0], **given)
     truth, unshadowed = (_noisy(estimate) for estimate in (traced.radiance, traced.unoccluded))
     # Rays of their own: what they share with the truth would make them look better than they are.
-    other = render.specular(*start, config.f0, frame.view.radius, config.spp, seeds[1], **given)
-    split = render.split_integrals(*start, frame.view.radius, config.spp, seeds[2], **given)
+    other = render.specular(*start, config.f0, frame.view.radius, config.lit_spp, seeds[1], **given)
+    split = render.split_integrals(*start, frame.view.radius, config.lit_spp, seeds[2], **given)
     level = _levels(frame, probe, roughness)
 
     def composite(light: Any) -> np.ndarray:

@@ -8,7 +8,7 @@ from gtao.plot import MethodResult, SceneComparison
 from .frames import GlossyFrame
 from .methods import DENSE, EXACT, GAME, TRACED, occlusion_of
 
-__all__ = ["STEPS", "Occlusions", "measured", "steps", "truth_of"]
+__all__ = ["STEPS", "Occlusions", "measured", "steps", "tilt", "truth_of"]
 
 #: Image and its variance.
 Noisy = tuple[np.ndarray, np.ndarray]
@@ -19,6 +19,7 @@ Stage = tuple[str, str]
 #: What a step of the error is -> what is before it and after it; None stands for the truth.
 STEPS: dict[str, tuple[Stage | None, Stage]] = {
     "visibility is a cone": (None, (TRACED, EXACT)),
+    "table of five axes": ((TRACED, EXACT), (TRACED, "brdf-5d")),
     "no azimuth, table": ((TRACED, EXACT), (TRACED, "brdf-4d")),
     "bent normal for normal, table": ((TRACED, EXACT), (TRACED, "brdf-3d")),
     "lobe about the reflection": ((TRACED, EXACT), (TRACED, "cone-lobe")),
@@ -59,6 +60,16 @@ def pooled(runs: list[np.ndarray]) -> Noisy:
 def truth_of(frame: GlossyFrame, roughness: float) -> Noisy:
     """(H, W) ray-traced occlusion and its variance."""
     return pooled(list(frame.truths[roughness]))
+
+
+def tilt(frame: GlossyFrame) -> float:
+    """Root mean square angle between the normal and the traced bent normal of equal weights, degrees."""
+    mask = frame.view.mask
+    n = frame.view.g.normal_v.numpy()[mask]
+    directions = sum(run["uniform"].mean_direction.numpy()[mask].astype(np.float64) for run in frame.given[TRACED])
+    length = np.linalg.norm(directions, axis=-1)
+    cosine = (n * directions).sum(-1)[length > 0] / length[length > 0]
+    return float(np.degrees(np.sqrt(np.mean(np.arccos(np.clip(cosine, -1, 1)) ** 2))))
 
 
 def measured(found: Occlusions, names: tuple[str, ...], roughness: float) -> SceneComparison:

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,7 @@ from gtao.data import specular as data
 from gtao.estimators import ambient_occlusion, denoise, specular_occlusion
 from gtao.gbuffer import GBuffer
 from gtao.results import AmbientOcclusion
+from gtao.tables import bake
 from gtao.workflows.views import View
 
 __all__ = [
@@ -44,6 +46,9 @@ TRACED, DENSE, GAME = "ray-traced visibility", "dense slices", "few slices, filt
 RECOMMENDED = "recommended pipeline"
 #: Slices and steps per side.
 DENSE_COUNTS, GAME_COUNTS = (32, 32), (3, 3)
+
+#: Texels along each axis of tables that do not come with the package.
+SIZE = 32
 
 #: Weighting -> estimate.
 Given = Mapping[str, AmbientOcclusion]
@@ -68,6 +73,7 @@ _ENTRIES = {
     "brdf-4d-tilted": _Entry(ConeTable(aperture="tilted")),
     "brdf-4d-matched": _Entry(ConeTable(aperture="matched")),
     "brdf-4d-published": _Entry(ConeTable(**_SEED)),
+    "brdf-5d": _Entry(ConeTable(**_SEED), "uniform", "brdf-5d"),
     "brdf-3d": _Entry(ConeTable(**_SEED), "uniform", "brdf-3d"),
     "cone-lobe": _Entry(ConeLobe(**_SEED), "uniform"),
     "cone-lobe-phong": _Entry(ConeLobe(distribution="phong", **_SEED), "uniform"),
@@ -88,7 +94,13 @@ SPECULAR_METHODS: Mapping[str, Any] = {name: entry.method for name, entry in _EN
 def method_of(name: str) -> Any:
     """The method of a name, with its table; None stands for an occlusion of 1."""
     entry = _ENTRIES[name]
-    return replace(entry.method, table=data.shipped(entry.table)) if entry.table else entry.method
+    return replace(entry.method, table=_table(entry.table)) if entry.table else entry.method
+
+
+@cache
+def _table(kind: str) -> data.SpecularTable:
+    """The one that comes with the package, or else a new one."""
+    return data.shipped(kind) if kind in data.SHIPPED else bake(kind, SIZE)
 
 
 def occlusion_of(name: str, g: GBuffer, given: Given, roughness: float, f0: float) -> np.ndarray:

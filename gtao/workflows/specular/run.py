@@ -16,7 +16,7 @@ from gtao.workflows.views import portable, scenes_only
 from .composites import Probe, lit_view, measure_lit
 from .cone_shaped import cone_shaped
 from .frames import GlossyFrame, glossy_frames
-from .measuring import Occlusions, measured, steps
+from .measuring import Occlusions, measured, steps, tilt
 from .methods import DENSE, TRACED
 from .settings import NO_LIGHT, CompareSpecularConfig
 from .tables import csv_text, dome_means, lit_csv, lit_means, markdown_text, step_means
@@ -78,7 +78,8 @@ class _Results:
     def add(self, frame: GlossyFrame, up: str) -> None:
         index, config = len(self.origins), self.config
         turn = index * config.turn
-        self.origins.append(frame.view.source | {"radius": frame.view.radius, "up": up, "turn": turn})
+        known = {"radius": frame.view.radius, "up": up, "turn": turn, "tilt": tilt(frame)}
+        self.origins.append(frame.view.source | known)
         found = Occlusions(frame, config.f0)
         for roughness in config.roughness:
             key = f"{roughness:g}"
@@ -232,9 +233,9 @@ def _command(config: CompareSpecularConfig, files: dict[str, list[str]], output:
         "--method": config.methods,
     }
     options += [word for option, values in repeated.items() for value in values for word in (option, value)]
-    for name in ("f0", "radius", "up", "turn", "resolution", "spp", "seed"):
+    for name in ("f0", "radius", "up", "turn", "resolution", "spp", "lit_spp", "seed"):
         value = getattr(config, name)
         if value is not None and not isinstance(value, Mapping):
-            options += [f"--{name}", value]
+            options += [f"--{name.replace('_', '-')}", value]
     options += ["--all-sensors"] if config.all_sensors else []
     return ["gtao", "compare-specular", *files["scenes"], *map(str, options)]

@@ -22,6 +22,7 @@ NO_LIGHT = "none"
 QUICK: dict[str, Any] = {
     "resolution": 48,
     "spp": 64,
+    "lit_spp": 32,
     "roughness": (0.2, 0.5),
     "lit_roughness": (0.5,),
     "environments": ("vmf:20",),
@@ -47,7 +48,8 @@ class CompareSpecularConfig:
             no entry, for z in embedded scenes and y in files.
         turn: degrees by which the light is turned about the vertical from each frame to the next.
         resolution: longer side of the images in pixels.
-        spp: rays per pixel of every truth, and of the ray-traced visibility that methods are given.
+        spp: rays per pixel under the white dome, and of the ray-traced visibility that methods are given.
+        lit_spp: pairs of rays per pixel under each of the lights.
         all_sensors: every camera of a scene, not only the first.
         seed: of the random numbers.
 
@@ -66,6 +68,7 @@ class CompareSpecularConfig:
     turn: float = 0.0
     resolution: int = 192
     spp: int = 256
+    lit_spp: int = 128
     all_sensors: bool = False
     seed: int = 0
 
@@ -88,8 +91,10 @@ class CompareSpecularConfig:
             raise ConfigError(f"up must be one of {', '.join(UPS)}, got {self.up!r}")
         if not abs(self.turn) <= 360:
             raise ConfigError(f"turn must be an angle of at most 360 degrees, got {self.turn}")
-        if self.spp < 32 or self.spp % 16:
-            raise ConfigError(f"spp must be a multiple of 16, 32 at least: it is dealt to batches; got {self.spp}")
+        for name in ("spp", "lit_spp"):
+            value = getattr(self, name)
+            if value < 32 or value % 16:
+                raise ConfigError(f"{name} must be a multiple of 16, 32 at least: it is dealt to batches; got {value}")
         if self.resolution < 16:
             raise ConfigError(f"resolution must be at least 16 pixels, got {self.resolution}")
         if not 0 <= self.seed < 2**32:
