@@ -4,6 +4,7 @@ from .files import export, export_packing, occlusion, render
 from .glossy import compare_specular, fit_aperture
 from .inspection import doctor, methods, scenes
 from .studies import compare, compare_lighting, refit
+from .tables import bake
 from .tuning import tune
 
 __all__ = ["COMMANDS"]
@@ -19,6 +20,7 @@ COMMANDS = (
     compare_specular,
     tune,
     fit_aperture,
+    bake,
     export,
     export_packing,
     scenes,

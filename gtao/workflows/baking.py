@@ -1,0 +1,109 @@
+"""A table of specular occlusion as files: the work behind ``gtao bake``."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from gtao import io, render, tables
+from gtao.data.specular import SpecularTable
+from gtao.errors import ConfigError
+
+__all__ = ["BakeOutcome", "bake_table"]
+
+#: Texels along every axis where none are asked for: errors are then below what the assumption of a cone costs.
+DEFAULT_SIZES: dict[str, int | tuple[int, ...]] = {
+    "brdf-4d": (24, 24, 16, 16),
+    "brdf-5d": (12, 20, 12, 12, 8),
+    "environment-brdf": 64,
+}
+
+
+@dataclass(frozen=True, eq=False)
+class BakeOutcome:
+    """What a bake left.
+
+    Attributes:
+        table: as it was written, with what its encoding keeps of the numbers.
+        errors: of looking it up; None where the truth is not known.
+        paths: the table first.
+    """
+
+    table: SpecularTable
+    errors: tables.TableErrors | None
+    paths: tuple[Path, ...]
+
+    def summary(self) -> str:
+        """The table, its errors, and how far the quadrature may be off."""
+        off = self.table.settings["quadrature_error"]
+        lines = [f"{self.table}, " + (f"quadrature within {off:.0e}" if off else "in closed form")]
+        return "\n".join(lines + ([f"  {channel}" for channel in self.errors.channels] if self.errors else []))
+
+
+def bake_table(
+    kind: str,
+    output: Path | str,
+    *,
+    size: int | Sequence[int] | None = None,
+    axes: str | None = None,
+    encoding: str | None = None,
+    distribution: str = "ggx",
+    bsdf: str | None = None,
+    languages: Sequence[str] = (),
+    report: Path | str | None = None,
+    n_places: int = 20000,
+    seed: int = 0,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> BakeOutcome:
+    """Bake a table, write it, and measure what looking it up is off by.
+
+    Args:
+        kind, axes, distribution: see :func:`gtao.tables.bake`.
+        output: file whose suffix says how; see :func:`gtao.io.write_table`, as for ``encoding``.
+        size: texels along every axis, or one number per axis; by default 32, and of tables of reflection fewer.
+        bsdf: type of a BSDF of Mitsuba with a parameter ``alpha``, such as "roughplastic", in the place of GGX with
+            Schlick's Fresnel term.
+        languages: also write the code that looks the table up, beside it: "hlsl", "glsl", "wgsl", "c".
+        report: also write the errors, as a record.
+        n_places, seed: places that errors are measured at.
+        progress: called as ``progress(task, done, total)``.
+
+    Raises:
+        ConfigError: an option does not exist or does not go with the kind.
+        ShapeError: the size does not go with the kind or the encoding.
+        ImageError, RecordError: a file cannot be written.
+    """
+    paths = [Path(output), *(Path(output).with_suffix(f".{language}") for language in languages)]
+    if report is not None and bsdf is not None:
+        raise ConfigError("the errors of tables of other BRDFs are not known; leave out the report")
+    for path in paths if report is None else [*paths, report]:
+        io.ensure_writable(path)
+    size = DEFAULT_SIZES.get(kind, 32) if size is None else size
+    brdf = None if bsdf is None else _materials(bsdf)
+    baked = tables.bake(kind, size, axes, distribution=distribution, brdf=brdf, progress=progress)
+    codes = [io.table_code(baked, language) for language in languages]
+    io.write_table(paths[0], baked, encoding)
+    for path, code in zip(paths[1:], codes, strict=True):
+        io.write_text(path, code)
+    table = io.read_table(paths[0])
+    errors = None if bsdf is not None else tables.errors(table, n_places, seed)
+    if report is not None and errors is not None:
+        command = _command(table, paths[0], encoding, report)
+        record = io.provenance(command, seed=seed, config=dict(table.settings) | {"n_places": n_places})
+        outputs = [io.file_entry(path, Path(report).parent) for path in paths]
+        record |= {"kind": "errors of a table", "inputs": [], "outputs": outputs, "numbers": errors.to_dict()}
+        io.write_record(report, record, overwrite=True)
+        paths.append(Path(report))
+    return BakeOutcome(table, errors, tuple(paths))
+
+
+def _materials(bsdf: str) -> Callable[[float], Any]:
+    return lambda alpha: render.brdf({"type": bsdf, "alpha": alpha})
+
+
+def _command(table: SpecularTable, output: Path, encoding: str | None, report: Path | str) -> list[str]:
+    size = ",".join(map(str, table.size))
+    words = ["gtao", "bake", table.kind, "-o", io.portable(output), "--size", size, "--axes", table.axes]
+    words += [] if encoding is None else ["--encoding", encoding]
+    words += [] if table.kind != "cone-lobe" else ["--distribution", str(table.settings["distribution"])]
+    return [*words, "--report", io.portable(Path(report))]
