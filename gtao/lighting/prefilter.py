@@ -18,6 +18,8 @@ from .environment import EnvironmentMap
 
 __all__ = ["PrefilteredEnvironment", "prefilter"]
 
+#: Perceptual roughness of the default's levels.
+LEVELS = tuple(i / 16 for i in range(17))
 #: Rows of a level for one microfacet width: a point of light blurred by the lobe is then interpolated to 1 %.
 ROWS_PER_WIDTH = 4 * math.pi
 #: Fewest rows that levels are halved down to.
@@ -86,7 +88,7 @@ class PrefilteredEnvironment:
 
 def prefilter(
     environment: EnvironmentMap,
-    roughness: Sequence[float] = tuple(i / 16 for i in range(17)),
+    roughness: Sequence[float] = LEVELS,
     height: int = 128,
 ) -> PrefilteredEnvironment:
     """Blur a map by the lobes of rough mirrors, one level for each roughness; theory, eq. (138).
@@ -106,7 +108,8 @@ def prefilter(
 
     Args:
         environment: the map.
-        roughness: increasing perceptual roughnesses in [0, 1]; the microfacet width is the square.
+        roughness: increasing perceptual roughnesses in [0, 1]; the microfacet width is the square. The default has 17,
+            evenly spaced from 0 to 1.
         height: most rows that are worked on: larger maps are averaged down first, but not for roughness 0. The time
             grows with the third to fourth power; 64 rows and the default's levels take about a second.
 
