@@ -7,7 +7,7 @@ from typing import Any
 import gtao
 from gtao.errors import ConfigError
 
-__all__ = ["Denoising", "Multibounce", "Occlusion"]
+__all__ = ["Denoising", "Multibounce", "Occlusion", "SpecularOcclusion"]
 
 
 @dataclass(frozen=True)
@@ -51,6 +51,22 @@ class Multibounce:
 
     def __call__(self, visibility: Any, albedo: Any) -> Any:
         return gtao.multibounce(visibility, albedo, self.fit)
+
+
+@dataclass(frozen=True)
+class SpecularOcclusion:
+    """Specular occlusion from depth, normals and what the surface is made of."""
+
+    camera: Any
+    occlusion: Any
+    method: Any
+    validate: bool
+
+    def __call__(self, view_z: Any, normal_v: Any, roughness: Any, f0: Any, frame_index: int) -> Any:
+        g = gtao.GBuffer(view_z, normal_v, self.camera, validate=self.validate)
+        occlusion = gtao.GTAO(weighting="uniform", bent_normal=True) if self.occlusion is None else self.occlusion
+        ao = gtao.ambient_occlusion(g, occlusion, frame_index=frame_index)
+        return gtao.specular_occlusion(ao, g, roughness, f0, self.method)
 
 
 def _nested(values: Mapping[str, Any]) -> dict[str, Any]:

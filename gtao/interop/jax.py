@@ -9,7 +9,7 @@ from typing import Any
 from gtao import JIMENEZ2016, MultibounceFit
 from gtao.errors import ConfigError, ShapeError
 
-from ._functions import Denoising, Multibounce, Occlusion
+from ._functions import Denoising, Multibounce, Occlusion, SpecularOcclusion
 
 try:
     import jax
@@ -21,7 +21,7 @@ from jax import numpy as jnp
 
 from ._jax_callbacks import Bound, Shape, evaluate
 
-__all__ = ["ambient_occlusion", "denoise", "multibounce", "wrap"]
+__all__ = ["ambient_occlusion", "denoise", "multibounce", "specular_occlusion", "wrap"]
 
 
 def wrap(function: Callable[..., Any], *, shape: Shape | tuple[Shape, ...] | None = None) -> Callable[..., Any]:
@@ -130,6 +130,43 @@ def multibounce(visibility: Any, albedo: Any, fit: MultibounceFit = JIMENEZ2016)
         ShapeError, ConfigError: as :func:`wrap` does.
     """
     return wrap(Multibounce(fit), shape=np.shape(albedo) or visibility.shape)(visibility, albedo)
+
+
+def specular_occlusion(
+    view_z: Any,
+    normal_v: Any,
+    camera: Any,
+    roughness: Any,
+    f0: Any = 0.04,
+    occlusion: Any = None,
+    method: Any = None,
+    *,
+    frame_index: Any = 0,
+    validate: bool = True,
+) -> jax.Array:
+    """Specular occlusion of every pixel, estimate included; see :func:`gtao.specular_occlusion`.
+
+    Args:
+        view_z: (H, W) distance along the optical axis, positive; ``inf`` on the background.
+        normal_v: (H, W, 3) unit normals in the view frame; None derives them from the depth.
+        camera: :class:`gtao.PerspectiveCamera` or :class:`gtao.OrthographicCamera` of H rows and W columns.
+        roughness: perceptual roughness in [0, 1]: (H, W), or one number.
+        f0: reflectance at normal incidence in [0, 1]: (H, W), (H, W, 3), (3,), or one number.
+        occlusion: what visibility and bent normals are estimated with; ``gtao.GTAO(weighting="uniform",
+            bent_normal=True)`` if left out.
+        method: of :func:`gtao.specular_occlusion`; ``gtao.ConeTable()`` if left out.
+        frame_index: position in the temporal noise sequence, at least 0; may be traced.
+        validate: as of :class:`gtao.GBuffer`.
+
+    Returns:
+        (H, W), or (H, W, 3) where ``f0`` has three channels; 1 = open, 1 on the background.
+
+    Raises:
+        ShapeError, ConfigError: as :func:`wrap` does.
+    """
+    function = SpecularOcclusion(camera, occlusion, method, validate)
+    shape = (*camera.shape, 3) if np.shape(f0)[-1:] == (3,) and np.shape(f0) != camera.shape else camera.shape
+    return wrap(function, shape=shape)(view_z, normal_v, roughness, f0, jnp.asarray(frame_index))
 
 
 def _hashable(values: dict[Any, Any]) -> dict[Any, Any]:

@@ -15,14 +15,14 @@ from gtao import JIMENEZ2016, MultibounceFit, backend
 from gtao.errors import ConfigError, ShapeError
 
 from ._calls import Call, owned
-from ._functions import Denoising, Multibounce, Occlusion
+from ._functions import Denoising, Multibounce, Occlusion, SpecularOcclusion
 
 try:
     import torch
 except ImportError as error:
     raise ImportError("gtao.interop.torch needs PyTorch, which is not here; pip install 'gtao[torch]'") from error
 
-__all__ = ["ambient_occlusion", "denoise", "multibounce", "wrap"]
+__all__ = ["ambient_occlusion", "denoise", "multibounce", "specular_occlusion", "wrap"]
 
 
 def wrap(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -139,6 +139,43 @@ def multibounce(visibility: torch.Tensor, albedo: Any, fit: MultibounceFit = JIM
         ShapeError, ConfigError: as :func:`gtao.multibounce` and :func:`wrap` do.
     """
     return wrap(Multibounce(fit))(visibility, albedo)
+
+
+def specular_occlusion(
+    view_z: torch.Tensor,
+    normal_v: torch.Tensor | None,
+    camera: Any,
+    roughness: Any,
+    f0: Any = 0.04,
+    occlusion: Any = None,
+    method: Any = None,
+    *,
+    frame_index: int = 0,
+    validate: bool = True,
+) -> torch.Tensor:
+    """Specular occlusion of every pixel, estimate included; see :func:`gtao.specular_occlusion`.
+
+    Args:
+        view_z: (H, W) distance along the optical axis, positive; ``inf`` on the background.
+        normal_v: (H, W, 3) unit normals in the view frame; None derives them from the depth.
+        camera: :class:`gtao.PerspectiveCamera` or :class:`gtao.OrthographicCamera` of H rows and W columns.
+        roughness: perceptual roughness in [0, 1]: (H, W), or one number.
+        f0: reflectance at normal incidence in [0, 1]: (H, W), (H, W, 3), (3,), or one number.
+        occlusion: what visibility and bent normals are estimated with; ``gtao.GTAO(weighting="uniform",
+            bent_normal=True)`` if left out.
+        method: of :func:`gtao.specular_occlusion`; ``gtao.ConeTable()`` if left out.
+        frame_index: position in the temporal noise sequence, at least 0.
+        validate: as of :class:`gtao.GBuffer`.
+
+    Returns:
+        (H, W), or (H, W, 3) where ``f0`` has three channels; 1 = open, 1 on the background.
+
+    Raises:
+        ShapeError, ConfigError: as :class:`gtao.GBuffer`, :func:`gtao.ambient_occlusion`,
+            :func:`gtao.specular_occlusion` and :func:`wrap` do.
+    """
+    function = SpecularOcclusion(camera, occlusion, method, validate)
+    return wrap(function)(view_z, normal_v, roughness, f0, frame_index)
 
 
 class _DeferredCall:

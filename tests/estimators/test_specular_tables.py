@@ -7,6 +7,7 @@ from oracles.slice_oracle import unit
 
 import gtao
 from gtao import tables
+from gtao.data.specular import shipped
 
 CAMERA = gtao.PerspectiveCamera(40, 30, 1.2)
 RNG = np.random.default_rng(31)
@@ -70,6 +71,25 @@ def test_bent_normals_out_of_the_plane(methods):
     errors = {kind: rms(methods, kind, g, ao, roughness) for kind in SIZES}
     assert errors["brdf-5d"] < 0.016
     assert errors["brdf-5d"] < errors["brdf-4d"] < errors["brdf-3d"]
+
+
+def test_the_shipped_tables(methods):
+    """By default; nearer to quadrature than small ones, also where the closure costs something."""
+    roughness = RNG.uniform(0.1, 1, CAMERA.shape)
+    named = {kind: gtao.ConeTable(table=shipped(kind)) for kind in ("brdf-4d", "brdf-5d", "cone-cone")}
+    for azimuth in (0, np.pi / 2, np.pi):
+        g, ao = leaning(np.full(CAMERA.shape, azimuth))
+        for kind in ("brdf-4d", "brdf-5d"):
+            assert rms(methods | named, kind, g, ao, roughness) < 1.2 * rms(methods, kind, g, ao, roughness)
+        same = [gtao.specular_occlusion(ao, g, roughness, method=m).numpy() for m in (None, named["brdf-4d"])]
+        assert np.array_equal(*same)
+        pair = named["cone-cone"], gtao.ConeCone()
+        cones = [gtao.specular_occlusion(ao, g, roughness, method=m).numpy() for m in pair]
+        # A few times what the table errs over all cones.
+        assert np.sqrt(np.mean((cones[0] - cones[1]) ** 2)) < 1e-3
+    A, B = np.moveaxis(gtao.environment_brdf(g, roughness).numpy(), -1, 0)
+    want = tables.hemisphere_terms(roughness**2, np.arccos(cosines(g))).values
+    assert np.stack([A, B], axis=-1) == pytest.approx(want, abs=2e-3)
 
 
 def test_open_surfaces_reflect_all(methods):

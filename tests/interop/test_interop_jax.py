@@ -103,6 +103,22 @@ def test_gradients_of_multibounce_are_those_of_differences():
     reverse_check(lambda v, rho: gj.multibounce(v, rho), VISIBILITY, jnp.asarray(0.5))
 
 
+def test_gradients_of_specular_occlusion_are_those_of_differences():
+    occlusion = gtao.GTAO(radius=1.0, n_slices=2, n_steps=4, bent_normal=True)
+
+    def reflected(z, directions, roughness, f0):
+        return gj.specular_occlusion(z, unit(directions), CAMERA, roughness, f0, occlusion)
+
+    nearest = np.where(np.isinf(DEPTH), 4.0, DEPTH)
+    reverse_check(reflected, nearest, DIRECTIONS, np.full(CAMERA.shape, 0.9), ALBEDO)
+    g = gtao.GBuffer(DEPTH, NORMALS, CAMERA)
+    for f0, shape in ((0.04, CAMERA.shape), (ALBEDO[0, 0], (*CAMERA.shape, 3))):
+        found = jax.jit(lambda z, f0=f0: gj.specular_occlusion(z, NORMALS, CAMERA, 0.5, f0))(DEPTH)
+        assert found.shape == shape
+        ao = gtao.ambient_occlusion(g, gtao.GTAO(weighting="uniform", bent_normal=True))
+        assert np.array_equal(found, gtao.specular_occlusion(ao, g, 0.5, f0).numpy())
+
+
 def test_coefficients_are_differentiated_through_a_function_of_ones_own():
     def visibility(v, rho, *coefficients):
         return gtao.multibounce(v, rho, replace(gtao.JIMENEZ2016, coefficients=coefficients))

@@ -119,6 +119,25 @@ def test_gradients_of_multibounce_are_those_of_differences():
     assert gt.multibounce(fixed(VISIBILITY), 0.5, gtao.SPHERE).shape == VISIBILITY.shape
 
 
+def test_gradients_of_specular_occlusion_are_those_of_differences():
+    occlusion = gtao.GTAO(radius=1.0, n_slices=2, n_steps=4, bent_normal=True)
+    roughness, f0 = np.full(CAMERA.shape, 0.9), ALBEDO
+
+    def reflected(z, directions, roughness, f0):
+        normals = directions / directions.norm(dim=-1, keepdim=True)
+        return gt.specular_occlusion(z, normals, CAMERA, roughness, f0, occlusion)
+
+    nearest = np.where(np.isinf(DEPTH), 4.0, DEPTH)
+    assert gradcheck(reflected, *map(leaf, (nearest, DIRECTIONS, roughness, f0)))
+    g = gtao.GBuffer(DEPTH, NORMALS, CAMERA)
+    for f0, shape in ((0.04, CAMERA.shape), (fixed(ALBEDO[0, 0]), (*CAMERA.shape, 3))):
+        found = gt.specular_occlusion(*frame(), CAMERA, 0.5, f0)
+        ao = gtao.ambient_occlusion(g, gtao.GTAO(weighting="uniform", bent_normal=True))
+        expected = gtao.specular_occlusion(ao, g, 0.5, np.asarray(f0) if shape[2:] else f0)
+        assert found.shape == shape
+        assert np.array_equal(found.detach().numpy(), expected.numpy())
+
+
 def test_coefficients_are_differentiated_through_a_function_of_ones_own():
     def visibility(v, rho, *coefficients):
         return gtao.multibounce(v, rho, replace(gtao.JIMENEZ2016, coefficients=coefficients))
