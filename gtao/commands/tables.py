@@ -45,7 +45,7 @@ def bake(
     distribution: Annotated[str, typer.Option(help="Of cone-lobe: 'ggx' or 'phong'.")] = "ggx",
     bsdf: Annotated[
         str | None,
-        typer.Option(metavar="TYPE", help="BSDF of Mitsuba with a parameter alpha to bake, instead of GGX."),
+        typer.Option(metavar="TYPE|JSON", help="BSDF of Mitsuba to bake instead of GGX; its alpha is an axis."),
     ] = None,
     code: Annotated[
         list[str] | None,
@@ -58,7 +58,7 @@ def bake(
     seed: Seed = 0,
 ) -> None:
     """Quadrature -> table of specular occlusion, and what looking it up is off by."""
-    sizes = size if size is None or len(size) > 1 else size[0]
+    sizes = next(iter(size)) if size is not None and len(size) == 1 else size
     with Bars() as bars:
         outcome = gtao.workflows.bake_table(
             kind,

@@ -1,5 +1,6 @@
 """A table of specular occlusion as files: the work behind ``gtao bake``."""
 
+import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -61,8 +62,8 @@ def bake_table(
         kind, axes, distribution: see :func:`gtao.tables.bake`.
         output: file whose suffix says how; see :func:`gtao.io.write_table`, as for ``encoding``.
         size: texels along every axis, or one number per axis; by default 32, and of tables of reflection fewer.
-        bsdf: type of a BSDF of Mitsuba with a parameter ``alpha``, such as "roughplastic", in the place of GGX with
-            Schlick's Fresnel term.
+        bsdf: BSDF of Mitsuba with a parameter ``alpha`` in the place of GGX with Schlick's Fresnel term: its type, such
+            as "roughplastic", or its dictionary as JSON.
         languages: also write the code that looks the table up, beside it: "hlsl", "glsl", "wgsl", "c".
         report: also write the errors, as a record.
         n_places, seed: places that errors are measured at.
@@ -98,7 +99,14 @@ def bake_table(
 
 
 def _materials(bsdf: str) -> Callable[[float], Any]:
-    return lambda alpha: render.brdf({"type": bsdf, "alpha": alpha})
+    """Of a type or a description, the BRDF for every width."""
+    described: Any = {"type": bsdf}
+    if bsdf.lstrip().startswith("{"):
+        try:
+            described = json.loads(bsdf)
+        except ValueError as error:
+            raise ConfigError(f"the bsdf is no JSON: {error}; give a type, or an object with one") from None
+    return lambda alpha: render.brdf({**described, "alpha": alpha})
 
 
 def _command(table: SpecularTable, output: Path, encoding: str | None, report: Path | str) -> list[str]:
