@@ -111,9 +111,8 @@ def _in_cone(cone, plane):
     # L² - cos² α_v keeps its digits as sin² α_v less what of the axis is out of the plane.
     out = dr.fma(cone.aside, plane.cos_psi, -cone.across * plane.sin_psi)
     excess = (cone.sin_v - out) * (cone.sin_v + out)
-    meets = excess > 0
     middle = dr.atan2(e, cone.along)
-    half = dr.select(meets, dr.atan2(dr.sqrt(dr.select(meets, excess, 1)), cone.cos_v), 0)
+    half = dr.atan2(dr.sqrt(dr.select(excess > 0, excess, 0)), cone.cos_v)
     # Never above: a cone that reaches past half a turn holds -ω_o, and all planes then have γ >= 0.
     middle = dr.select(middle - plane.gamma < -math.pi, middle + 2 * math.pi, middle)
     return middle - half, middle + half, (cone, e, dr.fma(e, e, cone.along * cone.along), excess)
