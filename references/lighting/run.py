@@ -12,11 +12,8 @@ and hashes, and README.md says where they come from.
 """
 
 import argparse
-import json
 import sys
 from pathlib import Path
-
-from PIL import Image
 
 import gtao
 from gtao.workflows.lighting.measuring import ALL, CUTS, WINDOWED
@@ -25,6 +22,9 @@ from gtao.workflows.lighting.tables import standings
 from gtao.workflows.outputs import save_figures
 
 HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parent))
+from sources import credited, described, kept_pictures, rounded  # noqa: E402
+
 FULL = HERE.parents[1] / "out" / "lighting"
 
 RESOLUTION, SPP, SEED = 128, 512, 0
@@ -40,49 +40,6 @@ PICTURES = (
     "arcade-camera-1_sunsky.png",
     "city-camera-1_forest.png",
 )
-
-_ASSETS = {
-    "author": "Poly Haven",
-    "licence": "CC0-1.0",
-    "origin": "npm package @pmndrs/assets 1.7.0, which shrank it to 512x512 and compressed it with DWAB",
-}
-#: What is known of maps that come without a description, by hash.
-CREDITS = {
-    "82847b3f3e2073d16647be2eb5712dc0f7e37ddc9480a1d45f2270fe8cd048f6": {"title": "city"} | _ASSETS,
-    "6fff311b5f3dad0910d8f334a6d9d88218ffd873d72c679ee1b7e4bccfa140e3": {"title": "forest"} | _ASSETS,
-    "08038ed9159c24bb732d2218dafa09cef2abaa44f9ce11ec511d87c842d88fad": {"title": "studio"} | _ASSETS,
-}
-
-
-def described(folder):
-    """Scenes of a folder with ``scenes.json``: source, radius, axis that points up; credits by hash of the file."""
-    scenes, credits = {}, {}
-    listing = json.loads((folder / "scenes.json").read_text())
-    for entry in listing["scenes"]:
-        source = folder / entry["xml"]["default"]
-        scenes[entry["id"]] = (str(source), float(entry["ao_radius_hint"]), entry["up_axis"])
-        credits[gtao.io.sha256_file(source)] = credit(entry)
-    for entry in listing["hdr"]:
-        credits[entry["sha256"]] = credit(entry)
-    return scenes, credits
-
-
-def credit(entry):
-    source = entry["source"]
-    origin = source.get("upstream") or source.get("project")
-    return {
-        "title": entry["title"],
-        "author": entry["author"],
-        "licence": entry["licence"]["spdx"],
-        "origin": origin,
-    }
-
-
-def rounded(value):
-    """Numbers to four digits, which is more than they are worth."""
-    if isinstance(value, dict):
-        return {key: rounded(item) for key, item in value.items()}
-    return float(f"{value:.4g}") if isinstance(value, float) else value
 
 
 def noises(numbers):
@@ -135,7 +92,7 @@ def kept(full, credits):
     return record | {
         "kind": "comparison under light",
         "command": ["python", "references/lighting/run.py"],
-        "inputs": [entry | credits.get(entry["sha256"], {}) for entry in full["inputs"]],
+        "inputs": credited(full["inputs"], credits),
         "numbers": {
             "order": [light for light in lights if light in compared_by_light],
             "standings": rounded(compared_by_light),
@@ -156,10 +113,7 @@ def main():
     parser.add_argument("--quick", action="store_true", help="small and noisy, to see every part run")
     parser.add_argument("--again", action="store_true", help="measure nothing, keep anew what lies in --full")
     options = parser.parse_args()
-    found, credits = {}, dict(CREDITS)
-    for folder in options.scenes:
-        scenes, known = described(folder)
-        found, credits = found | scenes, credits | known
+    found, credits = described(options.scenes)
     if not options.again:
         measure(options, found)
     record = kept(gtao.io.read_record(options.full / "record.json"), credits)
@@ -168,10 +122,7 @@ def main():
     bars = gtao.plot.lighting_bars(ordered(record["numbers"]["means"]), ours=OURS)
     drawn = save_figures(options.output, {BARS: bars})
     sources = {name: options.output / name for name in drawn} | {name: options.full / name for name in pictures}
-    for name, source in sources.items():
-        with Image.open(source) as image:
-            image.convert("RGB").quantize(256).save(options.output / name, optimize=True)
-    record["outputs"] = [gtao.io.file_entry(options.output / name, options.output) for name in sources]
+    record["outputs"] = kept_pictures(sources, options.output)
     gtao.io.write_record(options.output / "record.json", record, overwrite=True)
 
 
