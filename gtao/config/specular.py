@@ -81,6 +81,8 @@ class ConeTable(_Cone):
 class ConeCone(_Cone):
     """The share of a cone about the reflected direction that the visible cone covers (Jimenez et al. 2016).
 
+    Theory, eqs. (132) and (134).
+
     Args:
         intersection: solid angle of what two cones share: "exact", or "oat", the smoothstep of Oat and Sander 2007.
         reflection: half angle of the reflection cone: "power", cos α_s = u^(α²/2), u = 0.01 as published; "drobot",
@@ -106,7 +108,7 @@ class ConeCone(_Cone):
 class ConeLobe(_Cone):
     """The share of a lobe about the reflected direction within the cone of visible directions.
 
-    The lobe is that of pre-filtered probes, n = v = ω_r: theory, eq. (138).
+    The lobe is that of pre-filtered probes, n = v = ω_r: theory, eq. (162).
 
     Args:
         distribution: "ggx", or "phong" with the exponent p = 2/α² - 2 of the half vector.
@@ -126,7 +128,8 @@ class ConeBRDF(_Cone):
     """What a GGX surface reflects out of the cone of visible directions, summed up at every pixel.
 
     What tables approximate, without their error and without a closure: normal, bent normal and reflected direction
-    are all three as they are. Slow, and not for functions inside ``dr.freeze``.
+    are all three as they are, theory, eq. (165). Cones wider than hemispheres count as hemispheres. Slow, and not for
+    functions inside ``dr.freeze``.
 
     Args:
         aperture: as of :class:`ConeTable`.

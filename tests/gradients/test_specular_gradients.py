@@ -1,5 +1,6 @@
 """Gradients of ``gtao.specular_occlusion`` and its kin against differences in float64."""
 
+import drjit as dr
 import numpy as np
 import pytest
 from gradients._functions import check, native, pullback, pushforward, unit_moves
@@ -8,6 +9,7 @@ from oracles.specular_frames import view_directions
 
 import gtao
 from gtao.data.specular import SpecularTable
+from gtao.estimators.specular_pixels import View
 
 SHAPE = 3, 5
 BACKGROUND = 1, 2
@@ -157,6 +159,16 @@ def test_gradients_are_finite_in_all_corners(name, single):
         gradient = pullback(f, corners(), np.ones((*SHAPE, 3)), single=single)
         for key, g in gradient.items():
             assert np.isfinite(g).all(), key
+
+
+def test_an_angle_of_exactly_zero():
+    """It is a distance, which has no derivative there: 0 is given."""
+    normal = native(np.array([[[0.0, 0, 1], [0.6, 0, 0.8]]]))
+    dr.enable_grad(normal)
+    g = gtao.GBuffer(native(np.full((1, 2), 2.0)), normal, gtao.OrthographicCamera(2, 1, 1.0), validate=False)
+    dr.backward(dr.sum(View.of(g, 0.5).theta_o))
+    # Across the plane of incidence it does not change; within it, by the turn of the unit vector.
+    assert dr.grad(normal).numpy() == pytest.approx(np.array([[[0, 0, 0], [0.8, 0, -0.6]]]), abs=1e-12)
 
 
 def test_from_the_reflection_back_to_the_depth():
