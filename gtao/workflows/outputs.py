@@ -1,17 +1,46 @@
 """What a whole job leaves in its directory, and in which order, so that a directory with a record is finished."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from gtao import io
 from gtao.errors import RecordError
 
-__all__ = ["OutputDirectory", "save_figures"]
+__all__ = ["OutputDirectory", "command_line", "save_figures"]
 
 PLOT_DPI = 110
 RECORD, REPORT = "record.json", "report.html"
+
+
+def command_line(
+    command: str,
+    scenes: Sequence[str],
+    output: Path,
+    config: Any,
+    plain: Sequence[str],
+    repeated: Mapping[str, Sequence[Any]] = MappingProxyType({}),
+) -> list[str]:
+    """The words that repeat a run; what is set by scene, which they cannot say, is in the record's settings alone.
+
+    Args:
+        command: subcommand of ``gtao``.
+        scenes: as :func:`gtao.workflows.views.portable` names them.
+        output: the directory.
+        config: its settings, with ``all_sensors``.
+        plain: names of the settings that are options of the same name with a single value.
+        repeated: option -> values, of those that are given once for each value.
+    """
+    options: list[Any] = ["-o", io.portable(output)]
+    options += [word for option, values in repeated.items() for value in values for word in (option, value)]
+    for name in plain:
+        value = getattr(config, name)
+        if value is not None and not isinstance(value, Mapping):
+            options += [f"--{name.replace('_', '-')}", value]
+    options += ["--all-sensors"] if config.all_sensors else []
+    return ["gtao", command, *scenes, *map(str, options)]
 
 
 class OutputDirectory:

@@ -1,6 +1,7 @@
 """From scenes to the aperture of the reflection cone."""
 
 import csv
+import dataclasses
 import json
 
 import numpy as np
@@ -109,8 +110,22 @@ def test_the_command(tmp_path, monkeypatch, capsys):
         cli.main()
     assert ended.value.code == 0
     assert "u = " in capsys.readouterr().out
-    config = io.read_record(tmp_path / "record.json")["config"]
-    assert (config["source"], config["roughness"]) == ("dense", [0.5])
+    record = io.read_record(tmp_path / "record.json")
+    assert (record["config"]["source"], record["config"]["roughness"]) == ("dense", [0.5])
+    # The command of the record asks for the same again.
+    words = [str(tmp_path / "again") if word.endswith(tmp_path.name) else word for word in record["command"]]
+    monkeypatch.setattr("sys.argv", words)
+    with pytest.raises(SystemExit):
+        cli.main()
+    again = io.read_record(tmp_path / "again" / "record.json")
+    assert (again["config"], again["numbers"]) == (record["config"], record["numbers"])
+
+
+def test_an_optimum_at_the_end_of_the_search_is_told(outcome):
+    result, _ = outcome
+    ended = dataclasses.replace(result.result, best=dataclasses.replace(result.result.best, at_bound=True))
+    assert "at the end of the search" in dataclasses.replace(result, result=ended).summary()
+    assert ("end of the search" in result.summary()) == result.result.best.at_bound
 
 
 def test_bad_input_ends_in_one_line(tmp_path, monkeypatch, capsys):

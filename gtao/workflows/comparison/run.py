@@ -1,13 +1,14 @@
 """The whole comparison: frames, measurements, files."""
 
 import gc
+import shlex
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from gtao import io, plot
-from gtao.workflows.outputs import OutputDirectory
+from gtao.workflows.outputs import OutputDirectory, command_line
 from gtao.workflows.views import portable, sources
 
 from .frames import Frame, frames
@@ -82,11 +83,12 @@ def compare(
     if progress:
         progress("scenes", len(given), len(given))
     given_scenes = portable(config.scenes)
-    command = ["gtao", "compare", *given_scenes]
+    plain = ("radius", "resolution", "spp", "seed")
+    command = command_line("compare", given_scenes, directory.path, config, plain, {"--method": config.methods})
     record = io.provenance(command, seed=config.seed, config=config.to_dict() | {"scenes": given_scenes})
     comparison = plot.Comparison(
         scenes=scenes,
-        command=" ".join(command),
+        command=shlex.join(command),
         versions={k: str(v) for k, v in record["versions"].items() if v is not None},
     )
     figures = plot.comparison_figures(comparison)

@@ -2,14 +2,14 @@
 
 import gc
 import shlex
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from gtao import io, plot
 from gtao.errors import SceneError
-from gtao.workflows.outputs import OutputDirectory
+from gtao.workflows.outputs import OutputDirectory, command_line
 from gtao.workflows.standings import numbers_of
 from gtao.workflows.views import portable, scenes_only
 
@@ -53,19 +53,6 @@ class CompareLightingOutcome:
         return "\n".join(
             lines + [f"  {n:{width}}  " + "  ".join(f"{averages[cut][n]:9.4f}" for cut in cuts) for n in names]
         )
-
-
-def _command(config: CompareLightingConfig, files: dict[str, list[str]], output: Path) -> list[str]:
-    """The command line that repeats a run; radii and axes by scene, which it cannot say, are in the record alone."""
-    options: list[Any] = ["-o", io.portable(output)]
-    for option, values in (("--environment", files["environments"]), ("--method", config.methods)):
-        options += [word for value in values for word in (option, value)]
-    for name in ("radius", "up", "turn", "resolution", "spp", "seed"):
-        value = getattr(config, name)
-        if value is not None and not isinstance(value, Mapping):
-            options += [f"--{name}", value]
-    options += ["--all-sensors"] if config.all_sensors else []
-    return ["gtao", "compare-lighting", *files["scenes"], *map(str, options)]
 
 
 class _Results:
@@ -155,7 +142,14 @@ def compare_lighting(
         "scenes": portable(config.scenes),
         "environments": [io.portable(s) if one.source else s for s, one in zip(config.lights, light, strict=True)],
     }
-    command = _command(config, files, directory.path)
+    command = command_line(
+        "compare-lighting",
+        files["scenes"],
+        directory.path,
+        config,
+        ("radius", "up", "turn", "resolution", "spp", "seed"),
+        {"--environment": files["environments"], "--method": config.methods},
+    )
     record = io.provenance(command, seed=config.seed, config=config.to_dict() | files)
     versions = {k: str(v) for k, v in record["versions"].items() if v is not None}
     comparison = replace(comparison, command=shlex.join(command), versions=versions)

@@ -13,7 +13,7 @@ import numpy as np
 from gtao import fit, io, plot
 from gtao.config import ConeBRDF, ConeCone
 from gtao.estimators import specular_occlusion
-from gtao.workflows.outputs import OutputDirectory
+from gtao.workflows.outputs import OutputDirectory, command_line
 from gtao.workflows.views import portable, scenes_only
 
 from .aperture_settings import SOURCES, FitApertureConfig
@@ -43,6 +43,7 @@ class FitApertureOutcome:
         """A few lines for a terminal."""
         found, name = self.result, self.result.metric.upper()
         interval = "" if found.interval is None else " in [{:.3g}, {:.3g}]".format(*found.interval)
+        interval += " (at the end of the search)" if found.best.at_bound else ""
         lines = [
             f"u = {found.best.u:.4g}{interval}, cos α_s = 2^(-{found.exponent:.5g} α²)",
             f"mean {name}: {found.best.score:.5f}, with the published u = 0.01 {found.best.published:.5f}",
@@ -92,7 +93,9 @@ def fit_aperture(
         samples, metric=config.metric, n_bootstrap=config.n_bootstrap, seed=config.seed, progress=tasks("fit")
     )
     files = portable(config.scenes)
-    command = ["gtao", "fit-aperture", *files]
+    names = ("f0", "reference", "source", "weighting", "aperture", "metric", "radius", "resolution", "spp", "seed")
+    repeated = {"--roughness": config.roughness, "--bootstrap": (config.n_bootstrap,)}
+    command = command_line("fit-aperture", files, directory.path, config, names, repeated)
     record = io.provenance(command, seed=config.seed, config=config.to_dict() | {"scenes": files})
     record |= {"kind": "aperture fit", "inputs": origins, "numbers": result.to_dict()}
     figures = plot.aperture_figures(result)

@@ -2,14 +2,14 @@
 
 import gc
 import shlex
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from gtao import io, plot, render
 from gtao.workflows.lighting.lights import lights
-from gtao.workflows.outputs import OutputDirectory
+from gtao.workflows.outputs import OutputDirectory, command_line
 from gtao.workflows.standings import numbers_of, ranked
 from gtao.workflows.views import portable, scenes_only
 
@@ -186,7 +186,14 @@ def compare_specular(
         "environments": [io.portable(s) if one.source else s for s, one in zip(config.lights, light, strict=True)]
         or [NO_LIGHT],
     }
-    command = _command(config, files, directory.path)
+    repeated = {
+        "--roughness": config.roughness,
+        "--environment": files["environments"],
+        "--lit-roughness": config.lit_roughness,
+        "--method": config.methods,
+    }
+    plain = ("f0", "radius", "up", "turn", "resolution", "spp", "lit_spp", "seed")
+    command = command_line("compare-specular", files["scenes"], directory.path, config, plain, repeated)
     record = io.provenance(command, seed=config.seed, config=config.to_dict() | files)
     versions = {k: str(v) for k, v in record["versions"].items() if v is not None}
     comparison = replace(comparison, command=shlex.join(command), versions=versions)
@@ -221,21 +228,3 @@ def _numbers(comparison: plot.SpecularComparison, results: _Results) -> dict[str
         "lit_means": comparison.lit_means,
         "notes": list(comparison.notes),
     }
-
-
-def _command(config: CompareSpecularConfig, files: dict[str, list[str]], output: Path) -> list[str]:
-    """The command line that repeats a run; radii and axes by scene, which it cannot say, are in the record alone."""
-    options: list[Any] = ["-o", io.portable(output)]
-    repeated = {
-        "--roughness": config.roughness,
-        "--environment": files["environments"],
-        "--lit-roughness": config.lit_roughness,
-        "--method": config.methods,
-    }
-    options += [word for option, values in repeated.items() for value in values for word in (option, value)]
-    for name in ("f0", "radius", "up", "turn", "resolution", "spp", "lit_spp", "seed"):
-        value = getattr(config, name)
-        if value is not None and not isinstance(value, Mapping):
-            options += [f"--{name.replace('_', '-')}", value]
-    options += ["--all-sensors"] if config.all_sensors else []
-    return ["gtao", "compare-specular", *files["scenes"], *map(str, options)]
