@@ -123,7 +123,7 @@ def lighting_bars(
     for label in (label for axis in grid[:, 0] for label in axis.get_yticklabels()):
         label.set_fontweight("bold" if label.get_text() in ours else "normal")
     handles, labels = grid[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=len(names))
+    figure.legend(handles, labels, loc="outside lower center", ncols=min(len(names), 3))
     figure.suptitle(title, fontweight="bold")
     return figure
 

@@ -1,7 +1,7 @@
 """The report of a comparison of specular occlusion: one HTML file with everything in it."""
 
 import html
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from matplotlib.figure import Figure
 
@@ -34,7 +34,7 @@ _CONES_NOTE = (
 )
 _LIT_NOTE = (
     "Radiance of glossy surfaces against traced reflections of the light, relative to its mean: S (F0 A + B) times the "
-    "pre-filtered light. The first table holds what is left where factors are traced; light alone is the error of "
+    "pre-filtered light. Traced factors say what is left where no method errs; light alone is the error of "
     "pre-filtered light where nothing occludes, against light traced without occluders."
 )
 
@@ -49,13 +49,20 @@ def specular_figures(comparison: SpecularComparison) -> dict[str, Figure]:
     if any(comparison.steps.values()):
         figures["steps"] = specular_steps(comparison.steps)
     if comparison.lit_means:
-        errors = {f"roughness {r}": groups for r, groups in comparison.lit_means.items()}
+        errors = {f"roughness {r}": _chosen(groups, comparison.shown) for r, groups in comparison.lit_means.items()}
         figures["lit"] = lighting_bars(errors, label="RMSE / mean radiance")
     for view in comparison.views:
         figures[_name(view)] = specular_images(view)
     for view in comparison.lit_views:
         figures[figure_name(view.frame, view.light)] = lighting_images(view)
     return figures
+
+
+def _chosen(groups: Mapping[str, Mapping[str, float]], shown: Sequence[str]) -> dict[str, dict[str, float]]:
+    """Of groups that hold methods to show those, of others everything."""
+    return {
+        group: {name: v for name, v in rows.items() if name in shown} or dict(rows) for group, rows in groups.items()
+    }
 
 
 def _name(view) -> str:
@@ -108,6 +115,16 @@ def _matrix(heading: str, rows: Mapping[str, Mapping[str, float]], what: str) ->
     return f"<h3>{html.escape(heading)}</h3>" + html_table(["method", "mean", *(f"{what} {key}" for key in rows)], body)
 
 
+def _composites(roughness: str, groups: Mapping[str, Mapping[str, float]]) -> str:
+    """A row per composite and a column per group; the lowest of each column is marked."""
+    names = dict.fromkeys(name for rows in groups.values() for name in rows)
+    least = {name: min(rows[name] for rows in groups.values() if name in rows) for name in names}
+    order = sorted(names, key=least.__getitem__)
+    body = [[html.escape(name), *(_cell(rows, name) for rows in groups.values())] for name in order]
+    heading = f"<h3>Mean over light and frames, roughness {html.escape(roughness)}</h3>"
+    return heading + html_table(["composite", *map(html.escape, groups)], body)
+
+
 def _cell(row: Mapping[str, float], name: str) -> str:
     if name not in row:
         return "–"
@@ -126,6 +143,7 @@ def _details(words: str, table: Comparison) -> str:
 
 def _lit(comparison: SpecularComparison, drawn: Mapping[str, Figure]) -> str:
     parts = [paragraph(_LIT_NOTE), image(drawn["lit"], "Mean over all light and all frames.")]
+    parts += [_composites(r, groups) for r, groups in comparison.lit_means.items()]
     n_pictures = max(1, _PICTURES // len(comparison.lit))
     for light, tables in comparison.lit.items():
         parts.append(f"<h3>{html.escape(light)}</h3>")
