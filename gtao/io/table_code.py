@@ -3,6 +3,7 @@
 import re
 
 from gtao._version import __version__
+from gtao.config import ConeTable
 from gtao.data.specular import SpecularTable
 from gtao.errors import ConfigError
 
@@ -13,6 +14,9 @@ from .table_code_geometry import Geometry
 from .table_code_texels import AXES, lookup_in_c, sampled, texture_kind
 
 __all__ = ["table_code"]
+
+#: One default for a frame and for a shader.
+DEFAULT_APERTURE = ConeTable().aperture
 
 _GIVEN = {
     "normal": "direction",
@@ -72,7 +76,8 @@ def _lookup(w: Writer, table: SpecularTable, g: Geometry, name: str) -> list[str
     """The body: coordinates, texels, and what they are multiplied by."""
     at = table.kind, table.axes
     coordinates = [w.clamped(c) for c in COORDINATES[at](g)]
-    scale = SCALES[at](g) if at in SCALES else None
+    factors = [] if table.kind == "environment-brdf" else [_seen(w, g)]
+    factors += [SCALES[at](g)] if at in SCALES else []
     letters = AXES[: len(coordinates)]
     lines = [*g.lines, *(w.let(letter, c) for letter, c in zip(letters, coordinates, strict=True))]
     if w.language == "c":
@@ -81,10 +86,15 @@ def _lookup(w: Writer, table: SpecularTable, g: Geometry, name: str) -> list[str
     else:
         more, value = sampled(w, table)
         lines, values = [*lines, *more], [value]
-    if scale is not None:
-        lines.append(w.let("scale", scale))
-        values = [f"scale * {value}" for value in values]
+    if factors:
+        lines.append(w.let("scale", " * ".join(factors)))
+        values = [f"scale * ({value})" for value in values]
     return [*lines, *w.result(*values)]
+
+
+def _seen(w: Writer, g: Geometry) -> str:
+    """0 where nothing is visible: there is no bent normal then, and no cone that could be looked up."""
+    return w.L.select(f"{g.visible} > {w.number(0)}", w.number(1), w.number(0))
 
 
 def _used(given: dict[str, str], body: list[str]) -> dict[str, str]:
@@ -98,6 +108,9 @@ def _shaded(w: Writer) -> list[str]:
     (a, b), (s, t) = ((w.read(name, 0), w.read(name, 1)) for name in ("environment", "shares"))
     given = {"shares": "pair", "environment": "pair", "f0": "colour"}
     kept = [w.let("a", f"{a} * {s}"), w.let("b", f"{b} * {t}")]
+    # A mirror without F0 reflects nothing: what is left of nothing is its limit.
+    whole = w.let("whole", f"{b} + {w.number(1e-20)}")
+    limited = [w.let("a", f"{a} * {s}"), whole, w.let("b", f"whole * {t}")]
     seen = f"f0 * a + {w.L.splat.format('b')}"
     return [
         "",
@@ -109,13 +122,13 @@ def _shaded(w: Writer) -> list[str]:
             "SpecularOcclusion",
             "colour",
             given,
-            [*kept, w.let("whole", b), f"return ({seen}) / (f0 * {a} + {w.L.splat.format('whole')});"],
+            [*limited, f"return ({seen}) / (f0 * {a} + {w.L.splat.format('whole')});"],
         )[1:],
     ]
 
 
 def table_code(
-    table: SpecularTable, language: str = "hlsl", *, aperture: str = "tilted", weighting: str = "cosine"
+    table: SpecularTable, language: str = "hlsl", *, aperture: str = DEFAULT_APERTURE, weighting: str = "cosine"
 ) -> str:
     """Documented functions that look a table up, with the sizes of this one.
 
@@ -133,7 +146,8 @@ def table_code(
     Args:
         table: the table; only its kind, axes, size and number of channels matter.
         language: "hlsl", "glsl", "wgsl" or "c".
-        aperture: of the cone of visible directions, "seed" or "tilted", as of :class:`gtao.ConeTable`.
+        aperture: of the cone of visible directions, "seed" or "tilted", as of :class:`gtao.ConeTable`, whose default
+            it has.
         weighting: "cosine" or "uniform", of visibility and bent normal.
 
     Raises:

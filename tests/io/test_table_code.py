@@ -47,6 +47,10 @@ def surfaces(n: int, roughness: tuple[float, float], seed: int = 2) -> dict[str,
     bent = unit(bent + rng.choice([0.5, 2.0, 8.0], (n, 1)) * normal)
     given = {"normal": normal, "view": view, "bent_normal": bent}
     given |= {"visibility": rng.random(n), "roughness": rng.uniform(*roughness, n)}
+    # Where nothing is visible there is no bent normal either.
+    given["visibility"][::16] = 0
+    given["bent_normal"][::32] = 0
+    given["bent_normal"][16::32] = -normal[16::32]
     return {name: values.astype(np.float32) for name, values in given.items()}
 
 
@@ -81,7 +85,8 @@ def looked_up(t: SpecularTable, s: dict[str, np.ndarray], aperture: str, weighti
     given = {name: Float64(values) for name, values in arguments(s, aperture, weighting).items()}
     values = lookup(Float64(t.values.ravel()), t.size, t.n_channels, axes.to_unit(**given))
     scale = axes.scale(**given)
-    return np.stack([np.broadcast_to((scale * v).numpy(), len(s["normal"])) for v in values], axis=-1)
+    found = np.stack([np.broadcast_to((scale * v).numpy(), len(s["normal"])) for v in values], axis=-1)
+    return found if t.kind == "environment-brdf" else np.where(s["visibility"][:, None] > 0, found, 0)
 
 
 GIVEN = ("normal", "view", "bent_normal", "visibility", "roughness")
@@ -211,6 +216,9 @@ def test_reflectance_and_occlusion_of_any_f0(tmp_path, language):
         reflected = f0 * e[0] * s[0] + e[1] * s[1]
         assert out[0] == pytest.approx(reflected, rel=3e-7)
         assert out[1] == pytest.approx(reflected / (f0 * e[0] + e[1]), rel=5e-7)
+    # A mirror without F0, seen straight on: the limit for F0 = 0, not 0 / 0.
+    library.f(pair(0.3, 0.7), pair(1, 0), ctypes.c_float(0), out)
+    assert out[1] == pytest.approx(0.7, rel=5e-7)
 
 
 @pytest.mark.parametrize("language", ["hlsl", "glsl"])
@@ -255,7 +263,7 @@ def test_refused():
     for call, words in (
         (lambda: table_code(t, "metal"), "language must be one of hlsl, glsl, wgsl, c, got 'metal'"),
         (lambda: table_code(t, aperture="matched"), "apertures 'seed' and 'tilted' .* got 'matched' and 'cosine'"),
-        (lambda: table_code(t, weighting="both"), "got 'tilted' and 'both'"),
+        (lambda: table_code(t, weighting="both"), "got 'seed' and 'both'"),
         (
             lambda: table_code(table("cone-cone", "other", 1)),
             "no code for the axes 'other' of a table 'cone-cone'; there",
