@@ -7,7 +7,7 @@ import drjit as dr
 from . import backend
 from .errors import ShapeError
 
-__all__ = ["scalar", "to_tensor", "vectors", "window"]
+__all__ = ["one_number", "scalar", "to_tensor", "vectors", "window"]
 
 
 def to_tensor(value: Any, name: str, shape: tuple[int, ...], *, like: Any = None, copy: bool = True):
@@ -58,6 +58,17 @@ def _owned(array):
     own = dr.opaque(dr.detach(array))
     # The caller's own variable of the graph: a backward pass would consume the edge to another.
     return dr.replace_grad(own, array) if dr.grad_enabled(array) else own
+
+
+def one_number(value: Any) -> Any:
+    """The number that ``value`` is, or holds as its only element; Dr.Jit arrays of one stay. None of anything else."""
+    shape = tuple(map(int, getattr(value, "shape", ())))
+    if shape not in ((), (1,)) or isinstance(value, bool):
+        return None
+    if isinstance(value, int | float) or dr.is_array_v(value):
+        return value
+    item = value.item() if hasattr(value, "item") else None
+    return item if isinstance(item, int | float) and not isinstance(item, bool) else None
 
 
 def scalar(value: Any, Float: Any):

@@ -11,7 +11,7 @@ from gtao.errors import ConfigError, ShapeError
 from gtao.gbuffer import GBuffer
 from gtao.planes import Planes
 from gtao.results import AmbientOcclusion
-from gtao.tensors import scalar, to_tensor
+from gtao.tensors import one_number, scalar, to_tensor
 
 from .estimate import check_frame
 from .multibounce import multibounce
@@ -154,8 +154,9 @@ def _bounced(ao: AmbientOcclusion, g: GBuffer, rho: list[Any], fit: MultibounceF
 def _colours(value: Any, name: str, g: GBuffer) -> list[Any]:
     """Flat arrays of red, green and blue, from an image with or without channels, or a number."""
     shape = tuple(map(int, getattr(value, "shape", ())))
-    if shape in ((), (1,)) and (isinstance(value, int | float) or dr.is_array_v(value)) and not isinstance(value, bool):
-        return [scalar(value, g.types.Float)] * 3
+    number = one_number(value)
+    if number is not None:
+        return [scalar(number, g.types.Float)] * 3
     if shape not in (g.shape, (*g.shape, 3)):
         what = shape if shape else type(value).__name__
         raise ShapeError(f"{name} must be a number or have shape {g.shape} or {(*g.shape, 3)}, got {what}")

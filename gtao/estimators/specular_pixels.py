@@ -1,5 +1,6 @@
 """What methods of specular occlusion know of each pixel: visibility, directions and the angles between them."""
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -14,7 +15,7 @@ from gtao.kernels.shaded_point import edge_on
 from gtao.planes import Planes
 from gtao.results import AmbientOcclusion
 from gtao.surface import view_directions
-from gtao.tensors import scalar, to_tensor
+from gtao.tensors import one_number, scalar, to_tensor
 
 __all__ = ["Pixels", "View", "image_or_number", "limited", "shares", "spread"]
 
@@ -113,6 +114,11 @@ class Pixels:
         return _angle(self.b, self.view.reflected)
 
     @cached_property
+    def tilted(self) -> Any:
+        """Angle between mean and reflected direction, at most ½π: between normal and viewer if the former is both."""
+        return dr.select(self.beta < 0.5 * math.pi, self.beta, 0.5 * math.pi)
+
+    @cached_property
     def chi(self) -> Any:
         """Azimuth, in [0, π], of the mean direction about the reflected one, 0 toward the normal."""
         w, n = self.view.reflected, self.view.n
@@ -129,11 +135,10 @@ def image_or_number(value: Any, name: str, g: GBuffer, *shapes: tuple[int, ...])
     T = g.types
     shape = tuple(map(int, getattr(value, "shape", ())))
     if shape in ((), (1,)):
-        if isinstance(value, bool) or not (
-            isinstance(value, int | float) or dr.is_array_v(value) or hasattr(value, "item")
-        ):
+        number = one_number(value)
+        if number is None:
             raise ShapeError(f"{name} must be a number or an array, got {type(value).__name__}")
-        flat = scalar(value if dr.is_array_v(value) else float(value), T.Float)
+        flat = scalar(number, T.Float)
     elif shape not in shapes:
         choices = ", ".join(map(str, shapes))
         raise ShapeError(f"{name} must be a number or have shape {choices}, got {shape}")

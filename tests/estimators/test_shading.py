@@ -218,3 +218,15 @@ def test_in_words():
     blind = gtao.AmbientOcclusion(visibility=ao.visibility, config=gtao.GTAO(weighting="uniform"))
     with pytest.raises(ConfigError, match="multi-bounce visibility needs cosine-weighted"):
         gtao.shade(blind, g, 1.0, 1.0, 0.5, albedo=0.5, method=gtao.VisibilityAsSpecular())
+
+
+@pytest.mark.parametrize("one", [np.float64(0.5), np.float32(0.5), np.array(0.5), np.array([0.5])])
+def test_numbers_of_numpy_are_numbers(one):
+    g, ao = frame()
+    method = gtao.Lagarde2014()
+    for of in (
+        lambda x: gtao.specular_occlusion(ao, g, x, x, method),
+        lambda x: gtao.specular_radiance(x, x, g, x, x),
+        lambda x: gtao.shade(ao, g, x, x, x, x, albedo=x, method=method),
+    ):
+        assert np.array_equal(of(one).numpy(), of(0.5).numpy())
