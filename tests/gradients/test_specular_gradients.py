@@ -32,7 +32,7 @@ METHODS = {
     ),
     "grey brdf table": (lambda x: table("brdf-5d", "linear", x, "grey"), DIRECTIONAL | {"grey"}),
     "lobe": (gtao.ConeLobe(), DIRECTIONAL),
-    "phong": (gtao.ConeLobe(distribution="phong", aperture="matched"), DIRECTIONAL),
+    "phong": (gtao.ConeLobe(distribution="phong"), DIRECTIONAL),
     # Its derivatives are those of the integral, not of the sum.
     "brdf": (gtao.ConeBRDF(n_nodes=24), DIRECTIONAL | {"f0"}),
     "lagarde": (gtao.Lagarde2014(), PLAIN),
@@ -59,7 +59,7 @@ def values():
         "A": A,
         "B": b * (A * RNG.uniform(0.7, 0.95, SHAPE))[..., None],
         "normal": n,
-        "roughness": RNG.uniform(0.75, 0.95, SHAPE),
+        "roughness": RNG.uniform(0.6, 0.8, SHAPE),
         "f0": RNG.uniform(0, 1, (*SHAPE, 3)),
         "u": 0.02,
         # What varies little from texel to texel has few kinks at them.

@@ -64,11 +64,11 @@ def test_no_texel_beyond_the_table_is_read(precision):
 def test_derivatives(precision, size):
     """By coordinates: differences, which are exact within a cell. By values: each texel's share of each result."""
     values, rng = table(size, 2), np.random.default_rng(6)
-    cells = rng.integers(0, np.array(size)[:, None] - 1, (len(size), 50))
+    cells = rng.integers(0, np.array(size)[:, None] - 1, (len(size), 12))
     unit = (cells + rng.uniform(0.1, 0.9, cells.shape)) / (np.array(size)[:, None] - 1)
     lanes, flat = [precision.lanes(u) for u in unit], precision.lanes(values.ravel())
     dr.enable_grad(lanes, flat)
-    weights = rng.standard_normal((2, 50))
+    weights = rng.standard_normal((2, 12))
     found = lookup(flat, size, 2, lanes)
     dr.backward(sum(dr.sum(c * precision.lanes(w)) for c, w in zip(found, weights, strict=True)))
     tolerance = 1e-9 if precision.name == "float64" else 1e-4
