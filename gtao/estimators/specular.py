@@ -115,7 +115,13 @@ def reflection_of(ao: Any, g: Any, roughness: Any, method: Any) -> "Reflection":
     if pixels.b is not None:
         # A mirror's limit of a cone of no width about the reflected direction is no darkness.
         found = [dr.select(pixels.A > 0, s, 0) for s in found[:2]] + found[2:]
-    return Reflection(found, lambda: environment_terms(view, g.types, getattr(method, "environment", None)))
+    environment = getattr(method, "environment", None)
+    flat = getattr(getattr(method, "table", None), "kind", "") == "brdf-3d"
+    return Reflection(
+        found,
+        lambda: environment_terms(view, g.types, environment),
+        (lambda: environment_terms(view, g.types, environment, pixels.tilted)) if flat else None,
+    )
 
 
 @dataclass(frozen=True)
@@ -125,10 +131,12 @@ class Reflection:
     Attributes:
         found: one share for every F0; or two, of the terms with and without F0; or A_V, B_V, A and B themselves.
         environment: function that returns A and B.
+        weights: function that returns the A and B that two shares are ratios to, where those are another view's.
     """
 
     found: list[Any]
     environment: Callable[[], list[Any]]
+    weights: Callable[[], list[Any]] | None = None
 
     def unoccluded(self, f0: Any) -> Any:
         """F0 A + B."""
@@ -139,29 +147,32 @@ class Reflection:
         """S."""
         if len(self.found) == 1:
             return self.found[0]
-        A_V, B_V, A, B = self._terms
+        A_V, B_V, A, B = self._terms if self.weights is None else self._weighed(self.weights())
         # Without F0 a mirror that is seen along its normal reflects nothing: the limit of small F0.
         f0 = dr.select(dr.fma(f0, A, B) > 1e-20, f0, 1)
         return limited(dr.fma(f0, A_V, B_V) / dr.fma(f0, A, B))
 
     def reflectance(self, f0: Any) -> Any:
         """F0 A_V + B_V."""
+        if self.weights is not None:
+            return self.occlusion(f0) * self.unoccluded(f0)
         A_V, B_V, _, _ = self._terms
         return dr.fma(f0, A_V, B_V)
 
     @cached_property
     def _terms(self) -> list[Any]:
-        if len(self.found) == 4:
-            return self.found
-        A, B = self.environment()
+        return self.found if len(self.found) == 4 else self._weighed(self.environment())
+
+    def _weighed(self, terms: list[Any]) -> list[Any]:
+        A, B = terms
         S_A, S_B = self.found if len(self.found) == 2 else self.found * 2
         return [S_A * A, S_B * B, A, B]
 
 
-def environment_terms(view: View, T: Any, table: SpecularTable | None = None) -> list[Any]:
-    """A and B of every pixel, flat, from the shipped table or another one."""
+def environment_terms(view: View, T: Any, table: SpecularTable | None = None, theta_o: Any = None) -> list[Any]:
+    """A and B of every pixel, flat, from the shipped table or another one; seen at another angle if one is given."""
     table = data.shipped("environment-brdf") if table is None else table
-    return look_up(table, T, None, None, view.alpha, view.theta_o, None)
+    return look_up(table, T, None, None, view.alpha, view.theta_o if theta_o is None else theta_o, None)
 
 
 def _image(g: GBuffer, channels: list[Any], f0: Any, background: float) -> Any:
