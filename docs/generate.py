@@ -9,7 +9,18 @@ import argparse
 import sys
 from pathlib import Path
 
-from _validation import comparison, estimator, lighting, methods, multibounce, packing, performance, preset, shading
+from _validation import (
+    aperture,
+    comparison,
+    estimator,
+    lighting,
+    methods,
+    multibounce,
+    packing,
+    performance,
+    preset,
+    shading,
+)
 
 import gtao
 
@@ -35,7 +46,7 @@ def pages():
         name: ROOT / "references" / name / "record.json"
         for name in ("validation", "comparison", "lighting", "packing", "performance", "shading")
     }
-    paths |= {kind: newest(kind) for kind in ("occlusion", "multibounce")}
+    paths |= {kind: newest(kind) for kind in ("aperture", "occlusion", "multibounce")}
     records = {name: gtao.io.read_record(path) for name, path in paths.items()}
     validation = f"""{NOTICE}
 
@@ -62,6 +73,7 @@ Every number on this page comes from {source(paths["lighting"])}.
     return {
         "validation.md": validation,
         "directional-occlusion.md": under_light,
+        "generated/aperture.md": f"{NOTICE}\n\n{aperture.section(records['aperture'])}",
         "generated/performance.md": f"{NOTICE}\n\n{performance.section(records['performance'])}",
         "generated/packing.md": f"{NOTICE}\n\n{packing.section(records['packing'])}",
         "generated/shading.md": f"{NOTICE}\n\n{shading.section(records['shading'])}",

@@ -31,8 +31,8 @@ FIGURES = ("curves.png", "by_roughness.png")
 def main():
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("-o", "--output", type=Path, required=True, help="directory for the record")
-    parser.add_argument("--resolution", type=int, default=160)
-    parser.add_argument("--spp", type=int, default=512)
+    parser.add_argument("--resolution", type=int, default=128)
+    parser.add_argument("--spp", type=int, default=256)
     options = parser.parse_args()
     path = options.output / "record.json"
     if path.exists():
