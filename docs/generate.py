@@ -20,6 +20,7 @@ from _validation import (
     performance,
     preset,
     shading,
+    specular,
 )
 
 import gtao
@@ -44,7 +45,7 @@ def pages():
     """File name -> text."""
     paths = {
         name: ROOT / "references" / name / "record.json"
-        for name in ("validation", "comparison", "lighting", "packing", "performance", "shading")
+        for name in ("validation", "comparison", "lighting", "packing", "performance", "shading", "specular")
     }
     paths |= {kind: newest(kind) for kind in ("aperture", "occlusion", "multibounce")}
     records = {name: gtao.io.read_record(path) for name, path in paths.items()}
@@ -70,9 +71,17 @@ Every number on this page comes from a record that a command replays:
 Every number on this page comes from {source(paths["lighting"])}.
 
 {lighting.section(records["lighting"])}"""
+    glossy = f"""{NOTICE}
+
+# Specular occlusion against traced reflections
+
+Every number on this page comes from {source(paths["specular"])}.
+
+{specular.section(records["specular"])}"""
     return {
         "validation.md": validation,
         "directional-occlusion.md": under_light,
+        "specular-occlusion.md": glossy,
         "generated/aperture.md": f"{NOTICE}\n\n{aperture.section(records['aperture'])}",
         "generated/performance.md": f"{NOTICE}\n\n{performance.section(records['performance'])}",
         "generated/packing.md": f"{NOTICE}\n\n{packing.section(records['packing'])}",

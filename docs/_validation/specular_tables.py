@@ -87,6 +87,15 @@ def matrix(numbers, source, scope="all"):
     return table(["method", "mean", *numbers["order"]], columns(names, found))
 
 
+def biases(numbers):
+    """Mean of estimate minus truth over roughness and frames: a row per method and a column per source."""
+    dome = numbers["dome"]["all"]
+    names = by_error(numbers, TRACED)
+    values = [[mean(row[name]["bias"] for row in dome[s].values()) for s in SOURCES] for name in names]
+    body = [[f"`{name}`", *(f"{v:+.3f}" for v in row)] for name, row in zip(names, values, strict=True)]
+    return table(["method", *SOURCES], body)
+
+
 def matrices(numbers):
     parts = [f"Given {TRACED}:\n\n{matrix(numbers, TRACED)}"]
     parts += [folded(f"Given {source}", matrix(numbers, source)) for source in SOURCES[1:]]
@@ -94,6 +103,7 @@ def matrices(numbers):
         if scope in numbers["dome"] and len(numbers["dome"]) > 2:
             parts.append(folded(f"Given {TRACED}, {words}", matrix(numbers, TRACED, scope)))
             parts.append(folded(f"Given {RECOMMENDED}, {words}", matrix(numbers, RECOMMENDED, scope)))
+    parts.append(folded("Mean of estimate minus truth, over roughness: negative is too dark", biases(numbers)))
     return "\n\n".join(parts)
 
 
