@@ -15,7 +15,7 @@ from .brdf import TOLERANCE, Quadrature
 from .lanes import lanes, numbers
 from .values import DISTRIBUTIONS, value_of
 
-__all__ = ["bake", "environment_brdf", "texels"]
+__all__ = ["bake", "environment_brdf", "fitted_texels", "values_at"]
 
 
 def bake(
@@ -26,6 +26,7 @@ def bake(
     distribution: str = "ggx",
     brdf: Callable[[float], Callable[[Any, Any], Any]] | None = None,
     tolerance: float = TOLERANCE,
+    fitted: bool = True,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> SpecularTable:
     """A table of specular occlusion, by quadrature in double precision: the same bits from the same arguments.
@@ -43,6 +44,8 @@ def bake(
         brdf: of "brdf-3d" … "brdf-5d", another material: function from the width α in (0, 1] of its lobe to its BRDF
             as of :func:`gtao.render.brdf`. The table then has one channel, S.
         tolerance: nodes are added until the estimate of the quadrature's error is below; of reflection.
+        fitted: texels make the squared error between them the least (theory, eq. (175)); else they are the function
+            itself, and the table errs to one side between them.
         progress: called with (task, done, total) in texels.
 
     Raises:
@@ -64,12 +67,14 @@ def bake(
         if progress is not None:
             progress(f"bake {kind}", done, total)
 
-    found = texels(mapping, unit, distribution=distribution, brdf=brdf, tolerance=tolerance, progress=step)
+    found = values_at(mapping, unit, distribution=distribution, brdf=brdf, tolerance=tolerance, progress=step)
     values = found.values.reshape(*shape, -1)
+    values = fitted_texels(values) if fitted else values
     settings = {
         "distribution": distribution,
         "brdf": "GGX" if brdf is None else "another",
         "tolerance": tolerance,
+        "fitted": fitted,
         "quadrature_error": float(f"{found.error.max():.1e}"),
     }
     return SpecularTable(
@@ -86,13 +91,26 @@ def environment_brdf(size: int | Sequence[int] = 64, axes: str | None = None) ->
     return bake("environment-brdf", size, axes)
 
 
-def texels(mapping: TableAxes, unit: Sequence[np.ndarray], **options: Any) -> Quadrature:
+def values_at(mapping: TableAxes, unit: Sequence[np.ndarray], **options: Any) -> Quadrature:
     """What a table holds at coordinates, each (n,), x first: values (n, C); options of :func:`value_of`."""
     arguments = mapping.from_unit(*lanes(*unit))
     given = [numbers(a, like=unit[0]) for a in arguments]
     scale = numbers(mapping.scale(**dict(zip(ARGUMENTS[mapping.kind], arguments, strict=True))), like=unit[0])
     found = value_of(mapping.kind, tuple(given), **options)
     return found._replace(values=found.values / scale[:, None])
+
+
+def fitted_texels(values: np.ndarray) -> np.ndarray:
+    """Texels (…, C) for linear interpolation of the function that has these values in [0, 1]; ends of axes stay.
+
+    A table of a function's own values lies on its chords, off by h² f'' / 12 on average. Less a twelfth of the second
+    differences along every axis it has the least squared error (theory, eq. (175)).
+    """
+    texels = values.copy()
+    for axis in range(values.ndim - 1):
+        along, out = np.moveaxis(values, axis, 0), np.moveaxis(texels, axis, 0)
+        out[1:-1] -= (along[2:] - 2 * along[1:-1] + along[:-2]) / 12
+    return np.clip(texels, 0, 1)
 
 
 def _mapping(kind: str, axes: str | None) -> TableAxes:

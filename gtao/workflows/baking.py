@@ -15,7 +15,7 @@ __all__ = ["BakeOutcome", "bake_table"]
 #: Texels along every axis where none are asked for: errors are then below what the assumption of a cone costs.
 DEFAULT_SIZES: dict[str, int | tuple[int, ...]] = {
     "brdf-4d": (24, 24, 16, 16),
-    "brdf-5d": (12, 20, 12, 12, 8),
+    "brdf-5d": (16, 20, 12, 12, 8),
     "environment-brdf": 64,
 }
 
