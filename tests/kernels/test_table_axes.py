@@ -80,6 +80,25 @@ def test_derivatives_are_those_of_differences(key):
 
 
 @pytest.mark.parametrize("key", ALL)
+def test_single_precision_is_enough(key):
+    """A coordinate is off by less than a hundredth of a texel of 32."""
+    Float = backend.default_float()
+    rng = np.random.default_rng(2)
+    values = {
+        "alpha_v": rng.uniform(0, HALF, 2000),
+        "beta": rng.uniform(0, np.pi, 2000),
+        "alpha": rng.uniform(0.05, 1, 2000) ** 2,
+        "theta_o": np.arccos(rng.random(2000)),
+        "chi": rng.uniform(-np.pi, np.pi, 2000),
+    }
+    single, double = (
+        of(AXES[key].to_unit(**{name: T(values[name]) for name in ARGUMENTS[key[0]]}))
+        for T in (Float, dr.float64_array_t(Float))
+    )
+    assert np.abs(single - double).max() < 0.01 / 31
+
+
+@pytest.mark.parametrize("key", ALL)
 def test_angles_outside_the_domain_count_as_its_border(precision, key):
     axes = AXES[key]
     values = dict.fromkeys(ARGUMENTS[key[0]], (1.0,))
