@@ -2,7 +2,7 @@
 
 from gtao.workflows.specular.composites import LIGHT_ALONE, OPEN, SPLITS, THREE, TRACED_S, TWO, UNSPLIT
 from gtao.workflows.specular.measuring import STEPS
-from gtao.workflows.specular.methods import DENSE, EXACT, GAME, RECOMMENDED, TRACED
+from gtao.workflows.specular.methods import DENSE, EXACT, GAME, RECOMMENDED, REFIT_U, TRACED
 
 from .markdown import folded, table
 
@@ -25,6 +25,7 @@ METHODS = {
     "cone-lobe-phong": ('ConeLobe(distribution="phong")', "uniform", "the same with a Phong lobe"),
     "cone-cone": ("ConeCone()", "uniform", "the share of a reflection cone"),
     "cone-cone-published": ("ConeCone()", "cosine", "the same, published aperture of the visibility cone"),
+    "cone-cone-refit": (f"ConeCone(u={REFIT_U:g})", "uniform", "with u refitted by DSSIM (fits/aperture)"),
     "cone-cone-oat": ('ConeCone(intersection="oat")', "uniform", "with the intersection of Oat and Sander 2007"),
     "cone-cone-drobot": ('ConeCone(reflection="drobot")', "uniform", "with the reflection cone of Drobot 2014"),
     "cone-cone-uludag": ('ConeCone(reflection="uludag")', "uniform", "with that of Uludag 2014"),

@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from gtao.workflows.specular import composites, cone_shaped, frames, measuring
 from gtao.workflows.specular import tables as rows
 
 SMALL = {"resolution": 24, "spp": 64, "lit_spp": 64}
-METHODS = ("cone-brdf", "brdf-4d", "cone-cone-published", "lagarde", "unoccluded")
+METHODS = ("cone-brdf", "brdf-4d", "brdf-4d-published", "cone-cone-published", "lagarde", "unoccluded")
 TRACED, DENSE = "ray-traced visibility", "dense slices"
 SOURCES = (TRACED, DENSE, "few slices, filtered", "recommended pipeline")
 SPLITS = ("two splits", "three splits", "S traced, light pre-filtered", "S traced, light traced")
@@ -83,7 +84,9 @@ def test_everything_is_written_and_listed(outcome):
     assert keys == {
         (f, r, s, m) for f in ("corner_boxes", "trench") for r in ("0.3", "0.6") for s in SOURCES for m in METHODS
     }
-    assert len(list(csv.DictReader((folder / "lit.csv").read_text().splitlines()))) == 2 * 2 * (4 * 5 + len(SPLITS) + 1)
+    assert len(list(csv.DictReader((folder / "lit.csv").read_text().splitlines()))) == 2 * 2 * (
+        4 * len(METHODS) + len(SPLITS) + 1
+    )
 
 
 @pytest.mark.parametrize("roughness", ["0.3", "0.6"])
@@ -98,6 +101,7 @@ def test_the_numbers_are_those_of_the_images(outcome, roughness):
     for name, ao, method in (
         ("cone-brdf", uniform, gtao.ConeBRDF(aperture="seed")),
         ("brdf-4d", uniform, gtao.ConeTable(aperture="seed")),
+        ("brdf-4d-published", cosine, gtao.ConeTable(aperture="seed")),
         ("cone-cone-published", cosine, gtao.ConeCone(aperture="seed")),
         ("lagarde", cosine, gtao.Lagarde2014()),
     ):
@@ -107,6 +111,14 @@ def test_the_numbers_are_those_of_the_images(outcome, roughness):
         found = errors(result.comparison.tables[roughness], DENSE)[name]
         assert found["rmse"] == pytest.approx(expected, rel=1e-5), name
         assert found["bias"] == pytest.approx(error.mean(), abs=1e-6), name
+    images = []
+    for seed in (2, 4):
+        seen = render.visibility(scene, g, radius, 32, seed, **SEEN)
+        ao = gtao.AmbientOcclusion(visibility=seen.mean)
+        images.append(gtao.specular_occlusion(ao, g, float(roughness), 0.04, gtao.Lagarde2014()).numpy().astype(float))
+    error, noise = (sum(images) / 2 - truth)[mask], ((images[0] - images[1]) ** 2 / 4 + variance)[mask]
+    found = errors(result.comparison.tables[roughness], TRACED)["lagarde"]
+    assert found["rmse"] == pytest.approx(math.sqrt(np.mean(error**2) - noise.mean()), rel=1e-5)
     open_ = errors(result.comparison.tables[roughness], DENSE)["unoccluded"]
     assert open_["bias"] == pytest.approx(1 - truth[mask].mean())
 
@@ -137,7 +149,7 @@ def test_steps_are_differences_of_images(outcome):
         "depth buffer": (traced, [slices, slices]),
     }
     found = result.record["numbers"]["steps"]["0.3"]["corner_boxes"]
-    assert set(found) == {*pairs, "few slices, filter"}
+    assert set(found) == {*pairs, "few slices, filter", "published aperture"}
     for name, (before, after) in pairs.items():
         a, b = (y - x for x, y in zip(before, after, strict=True))
         square = ((a + b) / 2) ** 2 - ((a - b) / 2) ** 2
@@ -184,6 +196,23 @@ def test_composites_are_products_of_public_factors(outcome):
     free = other.unoccluded.mean.numpy()[mask]
     found = errors(table, "traced factors")["no occlusion, light traced"]["bias"]
     assert found == pytest.approx((free - truth).mean() / truth.mean(), abs=1e-5)
+
+
+def test_the_light_turns_from_frame_to_frame(outcome):
+    result, _ = outcome
+    scene = render.load_scene("trench", resolution=24)
+    g = render.gbuffer(scene)
+    (light,) = lights.lights(["vmf:4"])
+    environment = lights.placed(light, "z", 120)
+    radius = render.scenes.get("trench").radius
+    traced = render.specular(scene, g, 0.6, 0.04, radius, 64, 6, environment=environment)
+    truth = traced.radiance.mean.numpy()[g.mask.numpy()].astype(float)
+    L = lighting.prefilter(environment, (0.6,)).lookup(
+        gtao.reflected_directions(g, render.view_to_world(scene)).numpy(), 0.6
+    )
+    image = gtao.specular_radiance(1.0, L.astype(np.float32), g, 0.6, 0.04).numpy()[g.mask.numpy()]
+    found = errors(result.comparison.lit["vmf:4"]["0.6"], DENSE, 1)["unoccluded"]
+    assert found["bias"] == pytest.approx((image - truth).mean() / truth.mean(), abs=2e-4)
 
 
 def test_under_a_white_dome_composites_are_exact_with_the_true_occlusion(frame):
@@ -252,6 +281,20 @@ class TestConeShaped:
             # Single precision: matched apertures near the hemisphere are right to the root of its steps.
             assert evaluate.rmse(image, given.occlusion(f0)) < 1e-3
 
+    def test_visibility_is_that_of_the_cut_cones(self):
+        given = cone_shaped.Cones(math.radians(90), seed=3)
+        k = np.arange(4096) + 0.5
+        z, turn = 1 - k / 4096, 2.399963229728653 * k
+        w = np.stack([np.sqrt(1 - z * z) * np.cos(turn), np.sqrt(1 - z * z) * np.sin(turn), z], axis=-1)
+        for at in ((0, 0), (3, 7), (20, 40), (63, 63)):
+            n = given.n[at]
+            # Spiral of directions about the normal: half a turn about the bisector takes z to it.
+            half = n + np.array([0, 0, 1])
+            half /= np.linalg.norm(half)
+            seen = (2 * (w @ half)[:, None] * half - w) @ given.axis[at] > given.cos_v[at]
+            assert given.ao.visibility.numpy()[at] == pytest.approx(seen.mean(), abs=5e-3)
+            assert given.ao.cosine_visibility.numpy()[at] == pytest.approx(2 * (seen * z).mean(), abs=5e-3)
+
     def test_tables_gain_what_theory_says(self):
         """Where bent normals lie within 50 degrees of the normal, and F0 = 1, quadrature of other code says 0.034."""
         found = cone_shaped.cone_shaped(("brdf-4d", "brdf-4d-tilted", "cone-lobe", "lagarde", "unoccluded"), 0)
@@ -299,6 +342,12 @@ def test_the_truth_and_what_methods_are_given_share_no_rays(frame):
     first, second = frame.given[TRACED]
     for weighting in ("cosine", "uniform"):
         assert np.abs(first[weighting].visibility.numpy() - second[weighting].visibility.numpy()).max() > 1e-3
+
+
+def test_the_refitted_cone_is_that_of_the_record():
+    fit = io.read_record(Path(__file__).parents[2] / "fits" / "aperture" / "2026-11" / "record.json")
+    best = fit["numbers"]["uniform"]["best"]["u"]
+    assert workflows.SPECULAR_METHODS["cone-cone-refit"] == gtao.ConeCone(u=float(f"{best:.2g}"), aperture="seed")
 
 
 @pytest.mark.parametrize(

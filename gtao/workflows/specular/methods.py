@@ -66,6 +66,10 @@ class _Entry:
 #: The method that sums up the BRDF over the cone.
 EXACT = "cone-brdf"
 
+#: u of the reflection cone that makes images look most alike, cones being those of uniform weighting:
+#: fits/aperture/2026-11, "uniform".
+REFIT_U = 2.4e-07
+
 _SEED: dict[str, Any] = {"aperture": "seed"}
 _ENTRIES = {
     EXACT: _Entry(ConeBRDF(**_SEED), "uniform"),
@@ -79,6 +83,7 @@ _ENTRIES = {
     "cone-lobe-phong": _Entry(ConeLobe(distribution="phong", **_SEED), "uniform"),
     "cone-cone": _Entry(ConeCone(**_SEED), "uniform"),
     "cone-cone-published": _Entry(ConeCone(**_SEED)),
+    "cone-cone-refit": _Entry(ConeCone(u=REFIT_U, **_SEED), "uniform"),
     "cone-cone-oat": _Entry(ConeCone(intersection="oat", **_SEED), "uniform"),
     "cone-cone-drobot": _Entry(ConeCone(reflection="drobot", **_SEED), "uniform"),
     "cone-cone-uludag": _Entry(ConeCone(reflection="uludag", **_SEED), "uniform"),
