@@ -15,8 +15,8 @@ from .specular import SpecularComparison, specular_curves, specular_images, spec
 
 __all__ = ["specular_figures", "specular_report"]
 
-#: Pictures on a page, half a megabyte each.
-_PICTURES = 24
+#: Pictures on a page of each kind, half a megabyte each.
+_PICTURES = 12
 
 _ERRORS_NOTE = (
     "S is the share of what a glossy surface would reflect of a white dome that the scene lets through. Errors are "
@@ -83,13 +83,13 @@ def specular_report(comparison: SpecularComparison, *, figures: Mapping[str, Fig
     drawn = specular_figures(comparison) if figures is None else figures
     parts = [paragraph(note) for note in (*comparison.notes, _ERRORS_NOTE)]
     parts.append(image(drawn["methods"], "Mean over all frames."))
-    parts += [_matrix(f"Given {source}", rows, "roughness") for source, rows in comparison.means.items()]
+    parts += [_matrix(f"Given {source}, by roughness", rows) for source, rows in comparison.means.items()]
     sections = [f"<section>{''.join(parts)}</section>"]
     if "steps" in drawn:
         steps = image(drawn["steps"], "Mean over all frames, given ray-traced visibility except for the last two.")
         sections.append(section("Where errors come from", paragraph(_STEPS_NOTE), steps))
     if comparison.cones:
-        cones = [_matrix(f"F0 = {f0}", rows, "tilt up to") for f0, rows in comparison.cones.items()]
+        cones = [_matrix(f"F0 = {f0}, by the greatest tilt in degrees", rows) for f0, rows in comparison.cones.items()]
         sections.append(section("Where visibility is a cone", paragraph(_CONES_NOTE), *cones))
     views = [image(drawn[_name(view)], _caption(view)) for view in comparison.views[:_PICTURES]]
     sections.append(section("Pictures", *views) if views else "")
@@ -104,7 +104,7 @@ def _caption(view) -> str:
     return f"{view.frame}, roughness {view.roughness:g}, {view.source}"
 
 
-def _matrix(heading: str, rows: Mapping[str, Mapping[str, float]], what: str) -> str:
+def _matrix(heading: str, rows: Mapping[str, Mapping[str, float]]) -> str:
     """A row per method and a column per key; the lowest of each is marked."""
     names = list(dict.fromkeys(name for row in rows.values() for name in row))
     averages = {name: [row[name] for row in rows.values() if name in row] for name in names}
@@ -112,7 +112,7 @@ def _matrix(heading: str, rows: Mapping[str, Mapping[str, float]], what: str) ->
     for name in sorted(names, key=lambda name: sum(averages[name]) / len(averages[name])):
         cells = [html.escape(name), f"{sum(averages[name]) / len(averages[name]):.4f}"]
         body.append(cells + [_cell(row, name) for row in rows.values()])
-    return f"<h3>{html.escape(heading)}</h3>" + html_table(["method", "mean", *(f"{what} {key}" for key in rows)], body)
+    return f"<h3>{html.escape(heading)}</h3>" + html_table(["method", "mean", *rows], body)
 
 
 def _composites(roughness: str, groups: Mapping[str, Mapping[str, float]]) -> str:

@@ -79,7 +79,7 @@ def test_the_report_holds_everything():
     assert set(figures) == {"methods", "steps", "lit", "one_0.2_dense-slices", "one_vmf-4-roughness-0.5"}
     page = plot.specular_report(comparison, figures=figures)
     Checker().check(page, len(figures))
-    for word in (TRACED, "two splits", "tilt up to 90", "F0 = 0.04", "vmf:4, roughness 0.5", "Left out: &lt;none&gt;."):
+    for word in (TRACED, "two splits", "<th>90</th>", "F0 = 0.04", "vmf:4, roughness 0.5", "Left out: &lt;none&gt;."):
         assert word in page, word
     assert "<span class=good>0.0500</span>" in page
     # Bars leave out the methods that curves do not show.
