@@ -79,8 +79,8 @@ def verdict(numbers):
   with five axes by {span(numbers, "table of five axes")}: better tables would gain scenes nothing.
 - **Cone and lobe, cone and cone**: taking the reflection for a lobe about one direction changes S by
   {span(numbers, "lobe about the reflection")}, taking the lobe for a cone by {span(numbers, "lobe is a cone")}. Both
-  reach below surfaces that are seen at an angle, where nothing is visible, and so darken even open ones. Given ray-traced
-  visibility they are no better than visibility itself on rough surfaces:
+  reach below surfaces that are seen at an angle, where nothing is visible, and so darken even open ones. Given
+  ray-traced visibility they are no better than visibility itself on rough surfaces:
   {crossing(numbers, "cone-lobe", TRACED)}, {crossing(numbers, "cone-cone", TRACED)},
   {crossing(numbers, "cone-cone-published", TRACED)}; the 4-D table {crossing(numbers, OURS, TRACED).partition(" ")[2]}.
 - **Apertures**, in the mean over roughness: {named(numbers, TRACED, APERTURES)}. Uniform weighting, whose
