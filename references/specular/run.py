@@ -28,7 +28,7 @@ from sources import credited, described, kept_pictures, rounded  # noqa: E402
 
 FULL = HERE.parents[1] / "out" / "specular"
 
-RESOLUTION, SPP, LIT_SPP, SEED = 192, 256, 64, 0
+RESOLUTION, SPP, LIT_SPP, SEED = 96, 128, 64, 0
 #: Degrees from each frame to the next: the golden angle visits all directions evenly.
 TURN = 137.5
 QUICK = {
