@@ -18,6 +18,7 @@ __all__ = [
     "from_nested",
     "from_overlap",
     "from_published",
+    "limited_acos",
     "scale",
     "to_cosine",
     "to_linear",
@@ -37,13 +38,10 @@ def _at_least(x, low) -> Any:
     return dr.select(x > low, x, low)
 
 
-def _acos(x) -> Any:
-    """Arc cosine with a bounded derivative, of x limited to [-1, 1]."""
+def limited_acos(x) -> Any:
+    """Arc cosine of x limited to [-1, 1]."""
     x = _at_least(x, -1)
-    x = dr.select(x < 1, x, 1)
-    s2 = dr.detach(dr.fma(-x, x, 1))
-    slope = dr.rsqrt(_at_least(s2, 1e-8))
-    return dr.replace_grad(dr.acos(dr.detach(x)), -slope * x)
+    return dr.acos(dr.select(x < 1, x, 1))
 
 
 def aperture(alpha) -> Any:
@@ -65,7 +63,7 @@ def to_published(alpha_v, beta, alpha):
 
 
 def from_published(x, y, z):
-    return _at_least(_acos(x), LEAST), _acos(2 * z - 1), alpha_of(_acos(y))
+    return _at_least(limited_acos(x), LEAST), limited_acos(2 * z - 1), alpha_of(limited_acos(y))
 
 
 def to_cosine(alpha_v, beta, alpha):
@@ -74,7 +72,7 @@ def to_cosine(alpha_v, beta, alpha):
 
 
 def from_cosine(x, y, z):
-    return _at_least(_acos(x), LEAST), _acos(z), alpha_of(_acos(dr.fma(0.9, y, 0.1)))
+    return _at_least(limited_acos(x), LEAST), limited_acos(z), alpha_of(limited_acos(dr.fma(0.9, y, 0.1)))
 
 
 def to_linear(alpha_v, beta, alpha):

@@ -11,6 +11,8 @@ from typing import Any
 
 import drjit as dr
 
+from .table_axes_cones import limited_acos
+
 __all__ = [
     "from_cosine_4d",
     "from_environment",
@@ -46,11 +48,6 @@ def _root(x) -> Any:
     x = dr.select(x > 0, x, 0)
     value = dr.sqrt(dr.detach(x))
     return dr.replace_grad(value, x * (0.5 / dr.select(value > 1e-2, value, 1e-2)))
-
-
-def _acos(x) -> Any:
-    x = dr.select(x > -1, x, -1)
-    return dr.acos(dr.select(x < 1, x, 1))
 
 
 def _wide(alpha) -> Any:
@@ -169,7 +166,7 @@ def to_cosine_4d(alpha_v, beta, alpha, theta_o):
 
 
 def from_cosine_4d(x, y, z, w):
-    return _acos(x), _acos(2 * y - 1), z * z, _acos(w)
+    return limited_acos(x), limited_acos(2 * y - 1), z * z, limited_acos(w)
 
 
 def to_lobe_4d(alpha_v, beta, alpha, theta_o):
@@ -205,7 +202,7 @@ def from_lobe_5d(x, y, z, w, v):
     theta_o = _HALF_PI - _from_near(w, 0.5 + alpha, _HALF_PI)
     cos_chi = 1 - 2 * v
     width = _width(alpha, theta_o, cos_chi, 4 * v * (1 - v))
-    return alpha_v, _from_around(y, alpha_v, width, math.pi), alpha, theta_o, _acos(cos_chi)
+    return alpha_v, _from_around(y, alpha_v, width, math.pi), alpha, theta_o, limited_acos(cos_chi)
 
 
 def to_environment(alpha, theta_o):
@@ -213,7 +210,7 @@ def to_environment(alpha, theta_o):
 
 
 def from_environment(x, y):
-    return y * y, _acos(x)
+    return y * y, limited_acos(x)
 
 
 def to_environment_root(alpha, theta_o):
@@ -222,4 +219,4 @@ def to_environment_root(alpha, theta_o):
 
 
 def from_environment_root(x, y):
-    return y * y, _acos(x * x)
+    return y * y, limited_acos(x * x)

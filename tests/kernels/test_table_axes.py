@@ -60,6 +60,14 @@ def test_finite_with_finite_derivatives_everywhere(precision, key):
     assert all(np.isfinite(g).all() for g in of(map(dr.grad, given.values())))
 
 
+def test_smooth_and_grazing_have_bounded_derivatives(precision):
+    """Roots do not make them infinite where roughness or the cosine of the view ends."""
+    alpha, theta_o = precision.lanes((0, 1e-12, 1e-6, 0.1)), precision.lanes((HALF, HALF - 1e-7, 1.5, 0.1))
+    dr.enable_grad(alpha, theta_o)
+    dr.backward(sum(AXES["environment-brdf", "root"].to_unit(alpha=alpha, theta_o=theta_o)))
+    assert all(np.abs(g).max() <= 50.001 for g in of(map(dr.grad, (alpha, theta_o))))
+
+
 @pytest.mark.parametrize("key", ALL)
 def test_derivatives_are_those_of_differences(key):
     axes, h = AXES[key], 1e-6

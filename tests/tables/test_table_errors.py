@@ -78,6 +78,10 @@ def test_places_are_even_over_the_hemisphere():
     assert np.mean(b[0] ** 2) == pytest.approx(np.mean(b[1] ** 2), abs=0.01)
     assert np.cos(theta_o).mean() == pytest.approx(0.5, abs=0.01)
     assert np.corrcoef(b[0], theta_o)[0, 1] == pytest.approx(0, abs=0.02)
+    assert places["alpha"].mean() == pytest.approx(0.515, abs=0.01)
+    smooth = np.sqrt(configurations("brdf-5d", n, 0, uniform="roughness", tilt=tilt)["alpha"])
+    assert smooth.min() > 0.1
+    assert smooth.mean() == pytest.approx(0.55, abs=0.01)
     assert (np.sin(places["alpha_v"]) ** 2).mean() == pytest.approx(0.5, abs=0.01)
 
 
@@ -140,6 +144,8 @@ def test_the_whole_cone_counts_what_a_kind_leaves_out():
         for kind, size in sizes.items()
     }
     assert rms["brdf-5d"] < 0.01
+    anywhere = gtao.tables.errors(gtao.tables.bake("cone-cone", 4), 200, against="cone")["S"].where
+    assert anywhere["chi"] != 0
     assert 0.02 < rms["brdf-4d"] < rms["brdf-3d"]
     assert rms["brdf-4d"] < rms["cone-cone"]
 
