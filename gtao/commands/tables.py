@@ -34,7 +34,7 @@ def bake(
     ],
     size: Annotated[
         tuple | None,
-        typer.Option(parser=_sizes, metavar="N[,N…]", help="Texels along every axis, or along x, y, …; default: 32."),
+        typer.Option(parser=_sizes, metavar="N[,N…]", help="Texels along every axis, or along x, y, …."),
     ] = None,
     axes: Annotated[
         str | None, typer.Option(help="Parametrisation, e.g. 'published' or 'linear'; default: the most accurate one.")

@@ -63,6 +63,7 @@ from .table_texels import TableEncoding as TableEncoding
 from .table_texels import decode_texels as decode_texels
 from .table_texels import encode_texels as encode_texels
 from .tables import read_table as read_table
+from .tables import table_files as table_files
 from .tables import table_manifest as table_manifest
 from .tables import write_table as write_table
 from .transport import StoredTransport as StoredTransport

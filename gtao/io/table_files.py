@@ -28,11 +28,13 @@ class Container:
         encodings: those that it holds, the default first.
         write: function of a path, of (…, H, W, n) texels or blocks, and of the manifest.
         read: function of a path; the bytes of the texels or blocks, and the manifest, neither of them checked.
+        beside: whether the manifest is a file of its own, :func:`sidecar`.
     """
 
     encodings: tuple[str, ...]
     write: Callable[[Path, np.ndarray, Manifest], None]
     read: Callable[[Path], tuple[bytes, Any]]
+    beside: bool = True
 
 
 def sidecar(path: Path) -> Path:
@@ -141,8 +143,8 @@ _RAW = Container(("float", "half", "unorm16", "unorm8", "bc4"), _write_raw, _rea
 #: Suffix of a file -> container.
 CONTAINERS: dict[str, Container] = {
     ".npy": Container(("float", "half", "unorm16", "unorm8"), _write_npy, _read_npy),
-    ".npz": Container(("float", "half", "unorm16", "unorm8"), _write_npz, _read_npz),
-    ".exr": Container(("float", "half"), _write_exr, _read_exr),
+    ".npz": Container(("float", "half", "unorm16", "unorm8"), _write_npz, _read_npz, beside=False),
+    ".exr": Container(("float", "half"), _write_exr, _read_exr, beside=False),
     ".dds": Container(("half", "unorm16", "unorm8", "float", "bc4"), _write_dds, _read_dds),
     ".raw": _RAW,
     ".bin": _RAW,

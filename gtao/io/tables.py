@@ -2,7 +2,7 @@
 
 import hashlib
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,14 +10,14 @@ import numpy as np
 
 from gtao._version import __version__
 from gtao.data.specular import SpecularTable
-from gtao.errors import ConfigError, GtaoError, ImageError
+from gtao.errors import ConfigError, GtaoError, ImageError, ShapeError
 from gtao.kernels.table_axes import AXES
 
 from .jsontext import plain, with_infinities
-from .table_files import CONTAINERS, Container, dds_format
+from .table_files import CONTAINERS, Container, dds_format, sidecar
 from .table_texels import decode_texels, encode_texels, encoding_of
 
-__all__ = ["read_table", "table_manifest", "write_table"]
+__all__ = ["read_table", "table_files", "table_manifest", "write_table"]
 
 #: Version of the description of a table.
 SCHEMA = 1
@@ -125,14 +125,34 @@ def write_table(path: str | os.PathLike, table: SpecularTable, encoding: str | N
         RecordError: the settings hold what JSON cannot.
     """
     path = Path(path)
+    container, encoding = _how(path, encoding)
+    texels = encode_texels(table.values, encoding)
+    digest = hashlib.sha256(texels.tobytes()).hexdigest()
+    container.write(path, texels, {**table_manifest(table, encoding), "sha256": digest})
+
+
+def table_files(path: str | os.PathLike, size: Sequence[int], encoding: str | None = None) -> tuple[Path, ...]:
+    """The files that :func:`write_table` would write for a table of a size: the table, and a description beside it.
+
+    Raises:
+        ConfigError, ShapeError, ImageError: as it would, as far as the size tells.
+    """
+    path = Path(path)
+    container, encoding = _how(path, encoding)
+    block = encoding_of(encoding).block
+    if any(n % block for n in size[:2]):
+        raise ShapeError(f"encoding {encoding!r} needs sides that are multiples of {block}, got {size[0]}x{size[1]}")
+    return (path, sidecar(path)) if container.beside else (path,)
+
+
+def _how(path: Path, encoding: str | None) -> tuple[Container, str]:
+    """The kind of file, and the encoding that it is to have."""
     container = _container(path)
     encoding = container.encodings[0] if encoding is None else encoding_of(encoding).name
     if encoding not in container.encodings:
         fitting = ", ".join(container.encodings)
         raise ConfigError(f"{path.suffix} files hold the encodings {fitting}, got {encoding!r}")
-    texels = encode_texels(table.values, encoding)
-    digest = hashlib.sha256(texels.tobytes()).hexdigest()
-    container.write(path, texels, {**table_manifest(table, encoding), "sha256": digest})
+    return container, encoding
 
 
 def _text(told: Mapping[str, Any], name: str) -> str:

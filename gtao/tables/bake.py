@@ -1,5 +1,6 @@
 """Making tables: quadrature at every texel."""
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -16,6 +17,9 @@ from .lanes import lanes, numbers
 from .values import DISTRIBUTIONS, value_of
 
 __all__ = ["bake", "environment_brdf", "fitted_texels", "values_at"]
+
+#: Those of 32 along each of five axes; baking holds some hundred bytes for each.
+MOST_TEXELS = 32**5
 
 
 def bake(
@@ -129,4 +133,7 @@ def _shape(kind: str, size: int | Sequence[int]) -> tuple[int, ...]:
     sizes = (size,) * n_axes if isinstance(size, int) else tuple(size)
     if len(sizes) != n_axes or not all(isinstance(n, int) and n >= 2 for n in sizes):
         raise ShapeError(f"a table {kind!r} has {n_axes} axes of at least 2 texels, got {size}")
+    if math.prod(sizes) > MOST_TEXELS:
+        given = "x".join(map(str, sizes))
+        raise ShapeError(f"a table has up to {MOST_TEXELS} texels, got {given}; take fewer per axis")
     return sizes[::-1]

@@ -9,6 +9,7 @@ from gtao.kernels.caps import cap_share
 from gtao.kernels.cone_lobe import cone_lobe
 from gtao.kernels.table_axes import ARGUMENTS
 from gtao.kernels.table_axes_cones import aperture
+from gtao.kernels.table_axes_lobes import LEAST_ALPHA
 
 from .brdf import TOLERANCE, Quadrature, cone_shares, hemisphere_terms
 from .lanes import lanes, numbers
@@ -58,8 +59,9 @@ def value_of(
 
 
 def _materials(arguments, brdf, tolerance, progress):
-    """One material per width."""
-    alpha = arguments[2]
+    """One material per width; a mirror's lobe, which no BRDF of a material has, counts as the narrowest."""
+    alpha = np.maximum(arguments[2], LEAST_ALPHA)
+    arguments = (*arguments[:2], alpha, *arguments[3:])
     values, error = np.empty((len(alpha), 1)), np.empty(len(alpha))
     done = 0
     for width in np.unique(alpha):

@@ -74,27 +74,32 @@ def bake_table(
         ShapeError: the size does not go with the kind or the encoding.
         ImageError, RecordError: a file cannot be written.
     """
-    paths = [Path(output), *(Path(output).with_suffix(f".{language}") for language in languages)]
+    size = DEFAULT_SIZES.get(kind, 32) if size is None else size
     if report is not None and bsdf is not None:
         raise ConfigError("the errors of tables of other BRDFs are not known; leave out the report")
-    for path in paths if report is None else [*paths, report]:
+    for language in languages:
+        io.languages.language_of(language)
+    files = io.table_files(output, (size, size) if isinstance(size, int) else size, encoding)
+    codes = [Path(output).with_suffix(f".{language}") for language in languages]
+    paths = [*files, *codes, *([] if report is None else [Path(report)])]
+    for path in paths:
+        if paths.count(path) > 1:
+            raise ConfigError(f"{path} would be written twice; give the table or the report another name")
         io.ensure_writable(path)
-    size = DEFAULT_SIZES.get(kind, 32) if size is None else size
     brdf = None if bsdf is None else _materials(bsdf)
     baked = tables.bake(kind, size, axes, distribution=distribution, brdf=brdf, progress=progress)
-    codes = [io.table_code(baked, language) for language in languages]
-    io.write_table(paths[0], baked, encoding)
-    for path, code in zip(paths[1:], codes, strict=True):
-        io.write_text(path, code)
-    table = io.read_table(paths[0])
+    texts = [io.table_code(baked, language) for language in languages]
+    io.write_table(output, baked, encoding)
+    for path, text in zip(codes, texts, strict=True):
+        io.write_text(path, text)
+    table = io.read_table(output)
     errors = None if bsdf is not None else tables.errors(table, n_places, seed)
     if report is not None and errors is not None:
-        command = _command(table, paths[0], encoding, report)
+        command = _command(table, files[0], encoding, languages, report, n_places, seed)
         record = io.provenance(command, seed=seed, config=dict(table.settings) | {"n_places": n_places})
-        outputs = [io.file_entry(path, Path(report).parent) for path in paths]
+        outputs = [io.file_entry(path, Path(report).parent) for path in (*files, *codes)]
         record |= {"kind": "errors of a table", "inputs": [], "outputs": outputs, "numbers": errors.to_dict()}
         io.write_record(report, record, overwrite=True)
-        paths.append(Path(report))
     return BakeOutcome(table, errors, tuple(paths))
 
 
@@ -109,9 +114,18 @@ def _materials(bsdf: str) -> Callable[[float], Any]:
     return lambda alpha: render.brdf({**described, "alpha": alpha})
 
 
-def _command(table: SpecularTable, output: Path, encoding: str | None, report: Path | str) -> list[str]:
+def _command(
+    table: SpecularTable,
+    output: Path,
+    encoding: str | None,
+    languages: Sequence[str],
+    report: Path | str,
+    n_places: int,
+    seed: int,
+) -> list[str]:
     size = ",".join(map(str, table.size))
     words = ["gtao", "bake", table.kind, "-o", io.portable(output), "--size", size, "--axes", table.axes]
     words += [] if encoding is None else ["--encoding", encoding]
     words += [] if table.kind != "cone-lobe" else ["--distribution", str(table.settings["distribution"])]
-    return [*words, "--report", io.portable(Path(report))]
+    words += [word for language in languages for word in ("--code", language)]
+    return [*words, "--report", io.portable(Path(report)), "--places", str(n_places), "--seed", str(seed)]
