@@ -13,7 +13,7 @@ from .style import INK, MUTED, PUBLISHED, REFIT, new_figure, styled
 __all__ = ["aperture_by_roughness", "aperture_curves", "aperture_figures", "aperture_report"]
 
 _CAPTIONS = {
-    "curves": "Mean over the scenes in blue, with the interval of its minimum; every scene in grey.",
+    "curves": "Mean over the scenes in blue, every scene in grey; shaded: the interval of the minimum.",
     "by_roughness": "The best u of each roughness alone, and what it would gain over the published one.",
 }
 
