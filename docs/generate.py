@@ -21,6 +21,7 @@ from _validation import (
     preset,
     shading,
     specular,
+    tables,
 )
 
 import gtao
@@ -45,7 +46,7 @@ def pages():
     """File name -> text."""
     paths = {
         name: ROOT / "references" / name / "record.json"
-        for name in ("validation", "comparison", "lighting", "packing", "performance", "shading", "specular")
+        for name in ("validation", "comparison", "lighting", "packing", "performance", "shading", "specular", "tables")
     }
     paths |= {kind: newest(kind) for kind in ("aperture", "occlusion", "multibounce")}
     records = {name: gtao.io.read_record(path) for name, path in paths.items()}
@@ -86,6 +87,8 @@ Every number on this page comes from {source(paths["specular"])}.
         "generated/performance.md": f"{NOTICE}\n\n{performance.section(records['performance'])}",
         "generated/packing.md": f"{NOTICE}\n\n{packing.section(records['packing'])}",
         "generated/shading.md": f"{NOTICE}\n\n{shading.section(records['shading'])}",
+        "generated/tables.md": f"{NOTICE}\n\n{tables.section(records['tables'])}",
+        "generated/tables.md": f"{NOTICE}\n\n{tables.section(records['tables'])}",
         "generated/methods.md": f"{NOTICE}\n\n{methods.section(records['comparison'])}\n",
     }
 
