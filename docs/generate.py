@@ -88,7 +88,6 @@ Every number on this page comes from {source(paths["specular"])}.
         "generated/packing.md": f"{NOTICE}\n\n{packing.section(records['packing'])}",
         "generated/shading.md": f"{NOTICE}\n\n{shading.section(records['shading'])}",
         "generated/tables.md": f"{NOTICE}\n\n{tables.section(records['tables'])}",
-        "generated/tables.md": f"{NOTICE}\n\n{tables.section(records['tables'])}",
         "generated/methods.md": f"{NOTICE}\n\n{methods.section(records['comparison'])}\n",
     }
 
