@@ -19,6 +19,7 @@ import numpy as np
 import gtao
 from gtao.data.specular import SHIPPED
 from gtao.kernels.cones import matched_aperture
+from gtao.kernels.table_axes import ARGUMENTS
 from gtao.tables.bake import fitted_texels
 from gtao.tables.configurations import configurations
 from gtao.tables.errors import F0, look_up
@@ -68,17 +69,18 @@ def rounded(value):
     return float(f"{value:.4g}") if isinstance(value, float) else value
 
 
-def found(table, n, **options):
-    """Channel -> errors."""
+def found(table, n, where=False, **options):
+    """Channel -> errors, and where they are largest."""
     channels = gtao.tables.errors(table, n, SEED, **options).to_dict()["channels"]
-    return {channel.pop("name"): rounded(channel) for channel in channels}
+    kept = ("rms", "p99", "max", "where") if where else ("rms", "p99", "max")
+    return {channel["name"]: rounded({key: channel[key] for key in kept}) for channel in channels}
 
 
 def measured(table, n):
     entry = {"size": list(table.size), "quadrature_error": table.settings["quadrature_error"], "encodings": {}}
     for encoding in ENCODINGS:
         stored = gtao.tables.quantised(table, encoding)
-        entry["encodings"][encoding] = found(stored, n)
+        entry["encodings"][encoding] = found(stored, n, where=encoding == "float")
     return entry | {"smooth": found(table, n, uniform="roughness")}
 
 
@@ -125,6 +127,16 @@ def apertures(table, n):
     )
 
 
+def open_surfaces(table, n):
+    """S - 1 of open surfaces at F0 = 0.04, whose cone is the hemisphere: mean, RMS and least."""
+    places = dict(configurations("brdf-5d", n, SEED, uniform="roughness", tilt=1.0))
+    places |= {"alpha_v": np.full(n, 0.5 * math.pi), "beta": places["theta_o"], "chi": np.zeros(n)}
+    terms = gtao.tables.hemisphere_terms(places["alpha"], places["theta_o"]).values * (F0, 1)
+    read = look_up(table, {name: places[name] for name in ARGUMENTS[table.kind]})
+    less = np.sum(read * terms, axis=1) / np.sum(terms, axis=1) - 1
+    return rounded({"mean": float(less.mean()), "rms": float(np.sqrt(np.mean(less**2))), "least": float(less.min())})
+
+
 def shipped(folder):
     """Bake and write the tables of the package: name, bytes and hash of their files, with what is in them."""
     entries = {}
@@ -158,6 +170,7 @@ def main():
                 best[f"{kind}, {axes}, {size_text(table)}"] = table
     record = gtao.io.provenance(["python", "references/tables/run.py"], seed=SEED, config={"n_places": n})
     results = {"tables": entries, "shipped": packed, "cones": against_cones(best, n)}
+    results["open"] = {kind: open_surfaces(gtao.data.specular.shipped(kind), n) for kind in ("brdf-4d", "brdf-5d")}
     results["apertures"] = apertures(gtao.data.specular.shipped("brdf-5d"), n)
     record |= {"kind": "errors of tables", "inputs": [], "outputs": [], "numbers": results}
     gtao.io.write_record(options.output / "record.json", record, overwrite=True)
