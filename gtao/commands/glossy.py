@@ -6,17 +6,11 @@ import typer
 
 import gtao
 
-from .options import AllSensors, OutputDirectory, Quick, Radius, Resolution, Seed
+from .options import AllSensors, Methods, OnlyScenes, OutputDirectory, Quick, Radius, Resolution, Seed, Turn, Up
 from .terminal import report
 
 __all__ = ["compare_specular", "fit_aperture"]
 
-Scenes = Annotated[
-    list[str] | None,
-    typer.Argument(
-        metavar="[SCENE]...", help="Mitsuba .xml files, embedded scenes, or folders; default: all embedded."
-    ),
-]
 Roughness = Annotated[
     list[float] | None, typer.Option(min=0, max=1, help="Perceptual roughness, repeatable; α is its square.")
 ]
@@ -26,7 +20,7 @@ Rays = Annotated[int | None, typer.Option(min=16, help="Rays per pixel.")]
 
 def compare_specular(
     output: OutputDirectory,
-    scenes: Scenes = None,
+    scenes: OnlyScenes = None,
     roughness: Roughness = None,
     f0: F0 = None,
     environment: Annotated[
@@ -40,10 +34,10 @@ def compare_specular(
     lit_roughness: Annotated[
         list[float] | None, typer.Option(min=0, max=1, help="Roughness under these lights, repeatable.")
     ] = None,
-    method: Annotated[list[str] | None, typer.Option(help="Method to compare, repeatable; default: all.")] = None,
+    method: Methods = None,
     radius: Radius = None,
-    up: Annotated[str | None, typer.Option(help="'x', 'y' or 'z'; default: z in embedded scenes, y in files.")] = None,
-    turn: Annotated[float | None, typer.Option(help="Degrees that the light turns from frame to frame.")] = None,
+    up: Up = None,
+    turn: Turn = None,
     resolution: Resolution = None,
     spp: Annotated[int | None, typer.Option(min=32, help="Rays per pixel under the white dome.")] = None,
     lit_spp: Annotated[int | None, typer.Option(min=32, help="Pairs of rays per pixel under each light.")] = None,
@@ -54,12 +48,12 @@ def compare_specular(
     """Every method of specular occlusion against traced reflections: table, pictures, report."""
     config = gtao.workflows.CompareSpecularConfig.from_options(
         quick=quick,
-        scenes=tuple(scenes or ()),
-        roughness=tuple(roughness or ()),
+        scenes=scenes,
+        roughness=roughness,
         f0=f0,
-        environments=tuple(environment or ()),
-        lit_roughness=tuple(lit_roughness or ()),
-        methods=tuple(method or ()),
+        environments=environment,
+        lit_roughness=lit_roughness,
+        methods=method,
         radius=radius,
         up=up,
         turn=turn,
@@ -74,7 +68,7 @@ def compare_specular(
 
 def fit_aperture(
     output: OutputDirectory,
-    scenes: Scenes = None,
+    scenes: OnlyScenes = None,
     roughness: Roughness = None,
     f0: F0 = None,
     reference: Annotated[
@@ -99,8 +93,8 @@ def fit_aperture(
     """Refit u of the reflection cone, cos α_s = u^(α²/2), to ray-traced specular occlusion."""
     config = gtao.workflows.FitApertureConfig.from_options(
         quick=quick,
-        scenes=tuple(scenes or ()),
-        roughness=tuple(roughness or ()),
+        scenes=scenes,
+        roughness=roughness,
         f0=f0,
         reference=reference,
         source=source,

@@ -8,12 +8,16 @@ import typer
 __all__ = [
     "MAX_SIDE",
     "AllSensors",
+    "Methods",
+    "OnlyScenes",
     "OutputDirectory",
     "Quick",
     "Radius",
     "Resolution",
     "Samples",
     "Seed",
+    "Turn",
+    "Up",
     "distance",
 ]
 
@@ -48,3 +52,12 @@ Radius = Annotated[
 Resolution = Annotated[int | None, typer.Option(min=16, max=MAX_SIDE, help="Longer side in pixels.")]
 AllSensors = Annotated[bool, typer.Option(help="Every camera of a scene, not only the first.")]
 Quick = Annotated[bool, typer.Option(help="Small and noisy, to see every part run.")]
+Up = Annotated[str | None, typer.Option(help="'x', 'y' or 'z'; default: z in embedded scenes, y in files.")]
+Turn = Annotated[float | None, typer.Option(help="Degrees that the light turns from frame to frame.")]
+Methods = Annotated[list[str] | None, typer.Option("--method", help="Method to compare, repeatable; default: all.")]
+OnlyScenes = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="[SCENE]...", help="Mitsuba .xml files, embedded scenes, or folders; default: all embedded."
+    ),
+]

@@ -7,7 +7,19 @@ import typer
 
 import gtao
 
-from .options import MAX_SIDE, AllSensors, OutputDirectory, Quick, Radius, Resolution, Seed
+from .options import (
+    MAX_SIDE,
+    AllSensors,
+    Methods,
+    OnlyScenes,
+    OutputDirectory,
+    Quick,
+    Radius,
+    Resolution,
+    Seed,
+    Turn,
+    Up,
+)
 from .terminal import report
 
 __all__ = ["compare", "compare_lighting", "refit"]
@@ -85,8 +97,8 @@ def compare(
     """Every method against ray-traced truth: table, error maps, error budgets, report."""
     config = gtao.workflows.CompareConfig.from_options(
         quick=quick,
-        scenes=tuple(scenes or ()),
-        methods=tuple(method or ()),
+        scenes=scenes,
+        methods=method,
         radius=radius,
         resolution=resolution,
         spp=spp,
@@ -98,12 +110,7 @@ def compare(
 
 def compare_lighting(
     output: OutputDirectory,
-    scenes: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="[SCENE]...", help="Mitsuba .xml files, embedded scenes, or folders; default: all embedded."
-        ),
-    ] = None,
+    scenes: OnlyScenes = None,
     environment: Annotated[
         list[str] | None,
         typer.Option(
@@ -111,10 +118,10 @@ def compare_lighting(
             help="Light, repeatable: a .hdr or .exr map, 'gradient', 'vmf:KAPPA', 'disc:DEGREES' or 'sunsky'.",
         ),
     ] = None,
-    method: Annotated[list[str] | None, typer.Option(help="Method to compare, repeatable; default: all.")] = None,
+    method: Methods = None,
     radius: Radius = None,
-    up: Annotated[str | None, typer.Option(help="'x', 'y' or 'z'; default: z in embedded scenes, y in files.")] = None,
-    turn: Annotated[float | None, typer.Option(help="Degrees that the light turns from frame to frame.")] = None,
+    up: Up = None,
+    turn: Turn = None,
     resolution: Resolution = None,
     spp: Annotated[int | None, typer.Option(min=32, help="Rays per pixel.")] = None,
     all_sensors: AllSensors = False,
@@ -124,9 +131,9 @@ def compare_lighting(
     """Every method of irradiance against ray-traced light: table, pictures, report."""
     config = gtao.workflows.CompareLightingConfig.from_options(
         quick=quick,
-        scenes=tuple(scenes or ()),
-        environments=tuple(environment or ()),
-        methods=tuple(method or ()),
+        scenes=scenes,
+        environments=environment,
+        methods=method,
         radius=radius,
         up=up,
         turn=turn,

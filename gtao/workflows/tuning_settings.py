@@ -1,12 +1,14 @@
 """What a tuning is asked to do."""
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 from gtao import fit
 from gtao.config import NAMED, Pipeline
 from gtao.errors import ConfigError
+from gtao.workflows.study_settings import StudySettings
 
 from .options import pipeline_from_options
 
@@ -15,15 +17,13 @@ __all__ = ["TuneConfig"]
 #: Batches of rays that the variance of the truth rests on.
 N_BATCHES = 8
 
-#: What ``quick`` changes: enough to see every part run, too noisy to keep.
-QUICK: dict[str, Any] = {"resolution": 48, "spp": 64, "max_rounds": 3}
 
 #: XeGTAO's constants, but for the offset of the pyramid: it trades error for time, and time is not in the loss.
 DEFAULT_PARAMETERS = ("radius_multiplier", "falloff.start", "step_exponent", "thin_occluder_compensation", "power")
 
 
 @dataclass(frozen=True, kw_only=True)
-class TuneConfig:
+class TuneConfig(StudySettings):
     """Settings of :func:`gtao.workflows.tune`; every default is what a plain run uses.
 
     Args:
@@ -53,6 +53,8 @@ class TuneConfig:
     Raises:
         ConfigError: a setting is out of range.
     """
+
+    QUICK = MappingProxyType({"resolution": 48, "spp": 64, "max_rounds": 3})
 
     scenes: tuple[str, ...] = ()
     held_out: tuple[str, ...] = ()
@@ -89,12 +91,6 @@ class TuneConfig:
             raise ConfigError(f"rival must be one of {', '.join(NAMED)}, got {self.rival!r}")
         fit.check_tuning(self.start(), self.bounds(), self.choices(), self.max_taps)
 
-    @classmethod
-    def from_options(cls, *, quick: bool = False, **options: Any) -> "TuneConfig":
-        """Settings from the options of a command line; None stands for "not given"."""
-        given = {name: value for name, value in options.items() if value is not None}
-        return cls(**((QUICK if quick else {}) | given))
-
     def start(self) -> Pipeline:
         """The pipeline that tuning begins with, at radius 1."""
         return pipeline_from_options(self.method, self.settings, 1.0)
@@ -117,9 +113,6 @@ class TuneConfig:
             made = [pipeline_from_options(self.method, (*self.settings, f"{path}={word}"), 1.0) for word in words]
             found[path] = tuple(fit.option(pipeline, path) for pipeline in made)
         return found
-
-    def to_dict(self) -> dict[str, Any]:
-        return {f.name: getattr(self, f.name) for f in fields(self)}
 
 
 def _parameter(text: str) -> tuple[str, tuple[float, float] | None]:

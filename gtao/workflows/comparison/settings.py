@@ -1,19 +1,17 @@
 """What a comparison is asked to do."""
 
-from dataclasses import dataclass, fields
-from typing import Any
+from dataclasses import dataclass
+from types import MappingProxyType
 
 from gtao.config import NAMED
 from gtao.errors import ConfigError
+from gtao.workflows.study_settings import StudySettings
 
 __all__ = ["CompareConfig"]
 
-#: What ``quick`` changes: enough to see every part run, too noisy to keep.
-QUICK: dict[str, Any] = {"resolution": 64, "spp": 64, "rays_per_direction": 4}
-
 
 @dataclass(frozen=True, kw_only=True)
-class CompareConfig:
+class CompareConfig(StudySettings):
     """Settings of :func:`gtao.workflows.compare`; every default is what a plain run uses.
 
     Args:
@@ -35,6 +33,8 @@ class CompareConfig:
     Raises:
         ConfigError: a setting is out of range.
     """
+
+    QUICK = MappingProxyType({"resolution": 64, "spp": 64, "rays_per_direction": 4})
 
     scenes: tuple[str, ...] = ()
     methods: tuple[str, ...] = ()
@@ -73,16 +73,7 @@ class CompareConfig:
             if len(counts) != 2 or min(counts) < 1:
                 raise ConfigError(f"a budget is (slices, steps per side), both at least 1, got {counts}")
 
-    @classmethod
-    def from_options(cls, *, quick: bool = False, **options: Any) -> "CompareConfig":
-        """Settings from the options of a command line; None stands for "not given"."""
-        given = {name: value for name, value in options.items() if value is not None}
-        return cls(**((QUICK if quick else {}) | given))
-
     @property
     def names(self) -> tuple[str, ...]:
         """The methods to compare."""
         return self.methods or tuple(NAMED)
-
-    def to_dict(self) -> dict[str, Any]:
-        return {f.name: getattr(self, f.name) for f in fields(self)}

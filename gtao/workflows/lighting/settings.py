@@ -1,10 +1,11 @@
 """What a comparison under light is asked to do."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
-from typing import Any
+from dataclasses import dataclass
+from types import MappingProxyType
 
 from gtao.errors import ConfigError
+from gtao.workflows.study_settings import StudySettings
 from gtao.workflows.views import all_values, value_of
 
 from .methods import IRRADIANCE_METHODS
@@ -15,12 +16,10 @@ __all__ = ["LIGHTS", "UPS", "CompareLightingConfig"]
 LIGHTS = ("gradient", "vmf:4", "vmf:20", "vmf:80", "disc:5", "sunsky")
 #: Directions that may point upward in a scene.
 UPS = ("x", "y", "z")
-#: What ``quick`` changes: enough to see every part run, too noisy to keep.
-QUICK: dict[str, Any] = {"resolution": 48, "spp": 64, "environments": ("gradient", "vmf:20")}
 
 
 @dataclass(frozen=True, kw_only=True)
-class CompareLightingConfig:
+class CompareLightingConfig(StudySettings):
     """Settings of :func:`gtao.workflows.compare_lighting`; every default is what a plain run uses.
 
     Args:
@@ -43,6 +42,8 @@ class CompareLightingConfig:
     Raises:
         ConfigError: a setting is out of range.
     """
+
+    QUICK = MappingProxyType({"resolution": 48, "spp": 64, "environments": ("gradient", "vmf:20")})
 
     scenes: tuple[str, ...] = ()
     environments: tuple[str, ...] = ()
@@ -77,12 +78,6 @@ class CompareLightingConfig:
         if self.resolution is not None and self.resolution < 16:
             raise ConfigError(f"resolution must be at least 16 pixels, got {self.resolution}")
 
-    @classmethod
-    def from_options(cls, *, quick: bool = False, **options: Any) -> "CompareLightingConfig":
-        """Settings from the options of a command line; None and () stand for "not given"."""
-        given = {name: value for name, value in options.items() if value not in (None, ())}
-        return cls(**((QUICK if quick else {}) | given))
-
     @property
     def names(self) -> tuple[str, ...]:
         """The methods to compare."""
@@ -100,6 +95,3 @@ class CompareLightingConfig:
     def up_of(self, scene: str, default: str) -> str:
         """The axis that points upward in a scene."""
         return value_of(self.up, scene) or default
-
-    def to_dict(self) -> dict[str, Any]:
-        return {f.name: getattr(self, f.name) for f in fields(self)}

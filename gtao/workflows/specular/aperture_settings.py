@@ -1,11 +1,12 @@
 """What a fit of the reflection cone's aperture is asked to do."""
 
-from dataclasses import dataclass, fields
-from typing import Any
+from dataclasses import dataclass
+from types import MappingProxyType
 
 from gtao.config import ConeCone
 from gtao.errors import ConfigError
 from gtao.fit.apertures import METRICS
+from gtao.workflows.study_settings import StudySettings
 
 from .methods import DENSE, TRACED
 
@@ -16,12 +17,10 @@ SOURCES = {"traced": TRACED, "dense": DENSE}
 #: What occlusion is fitted to.
 REFERENCES = ("traced", "cone")
 ROUGHNESS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
-#: What ``quick`` changes: enough to see every part run, too noisy to keep.
-QUICK: dict[str, Any] = {"resolution": 48, "spp": 64, "roughness": (0.3, 0.6), "n_bootstrap": 100}
 
 
 @dataclass(frozen=True, kw_only=True)
-class FitApertureConfig:
+class FitApertureConfig(StudySettings):
     """Settings of :func:`gtao.workflows.fit_aperture`; every default is what a plain run uses.
 
     Args:
@@ -46,6 +45,8 @@ class FitApertureConfig:
     Raises:
         ConfigError: a setting is out of range.
     """
+
+    QUICK = MappingProxyType({"resolution": 48, "spp": 64, "roughness": (0.3, 0.6), "n_bootstrap": 100})
 
     scenes: tuple[str, ...] = ()
     roughness: tuple[float, ...] = ROUGHNESS
@@ -88,12 +89,3 @@ class FitApertureConfig:
             raise ConfigError(f"n_bootstrap must be 0 or more, got {self.n_bootstrap}")
         if not 0 <= self.seed < 2**32:
             raise ConfigError(f"seed must lie in [0, 2**32), got {self.seed}")
-
-    @classmethod
-    def from_options(cls, *, quick: bool = False, **options: Any) -> "FitApertureConfig":
-        """Settings from the options of a command line; None and () stand for "not given"."""
-        given = {name: value for name, value in options.items() if value not in (None, ())}
-        return cls(**((QUICK if quick else {}) | given))
-
-    def to_dict(self) -> dict[str, Any]:
-        return {f.name: getattr(self, f.name) for f in fields(self)}

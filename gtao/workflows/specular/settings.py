@@ -1,11 +1,12 @@
 """What a comparison of specular occlusion is asked to do."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
-from typing import Any
+from dataclasses import dataclass
+from types import MappingProxyType
 
 from gtao.errors import ConfigError
 from gtao.workflows.lighting.settings import UPS
+from gtao.workflows.study_settings import StudySettings
 from gtao.workflows.views import all_values, value_of
 
 from .methods import SPECULAR_METHODS
@@ -18,19 +19,10 @@ SPECULAR_LIGHTS = ("gradient", "vmf:20")
 LIT_ROUGHNESS = (0.2, 0.5)
 #: Word for no light at all.
 NO_LIGHT = "none"
-#: What ``quick`` changes: enough to see every part run, too noisy to keep.
-QUICK: dict[str, Any] = {
-    "resolution": 48,
-    "spp": 64,
-    "lit_spp": 32,
-    "roughness": (0.2, 0.5),
-    "lit_roughness": (0.5,),
-    "environments": ("vmf:20",),
-}
 
 
 @dataclass(frozen=True, kw_only=True)
-class CompareSpecularConfig:
+class CompareSpecularConfig(StudySettings):
     """Settings of :func:`gtao.workflows.compare_specular`; every default is what a plain run uses.
 
     Args:
@@ -56,6 +48,17 @@ class CompareSpecularConfig:
     Raises:
         ConfigError: a setting is out of range.
     """
+
+    QUICK = MappingProxyType(
+        {
+            "resolution": 48,
+            "spp": 64,
+            "lit_spp": 32,
+            "roughness": (0.2, 0.5),
+            "lit_roughness": (0.5,),
+            "environments": ("vmf:20",),
+        }
+    )
 
     scenes: tuple[str, ...] = ()
     roughness: tuple[float, ...] = ROUGHNESS
@@ -100,12 +103,6 @@ class CompareSpecularConfig:
         if not 0 <= self.seed < 2**32:
             raise ConfigError(f"seed must lie in [0, 2**32), got {self.seed}")
 
-    @classmethod
-    def from_options(cls, *, quick: bool = False, **options: Any) -> "CompareSpecularConfig":
-        """Settings from the options of a command line; None and () stand for "not given"."""
-        given = {name: value for name, value in options.items() if value not in (None, ())}
-        return cls(**((QUICK if quick else {}) | given))
-
     @property
     def names(self) -> tuple[str, ...]:
         """The methods to compare."""
@@ -119,6 +116,3 @@ class CompareSpecularConfig:
     def up_of(self, scene: str, default: str) -> str:
         """The axis that points upward in a scene."""
         return value_of(self.up, scene) or default
-
-    def to_dict(self) -> dict[str, Any]:
-        return {f.name: getattr(self, f.name) for f in fields(self)}
