@@ -64,7 +64,8 @@ class SpatialFilter:
 
     A tap at depth z weighs max(0, 1 - |z - ẑ| / (threshold · z_c)), with ẑ the depth predicted from the pixel's z_c
     by its derivatives. The slides do not say how they estimate these: here, per axis, from the side where depth
-    changes less. The footprint lies from one texel before to two after the pixel, so the image moves by half a pixel.
+    changes less. The footprint lies from one texel before to two after the pixel on even frames and from two before
+    to one after on odd ones: the image moves by half a pixel, back and forth.
 
     Args:
         threshold: difference from the predicted depth, as a share of the depth, from which a tap counts nothing.
@@ -93,7 +94,8 @@ class PlaneAwareFilter:
 
     Args:
         size: of the footprint in texels, 2 to 16. An odd size spans size - 1 texels, its outermost counting half: 5
-            averages one period of the 4×4 noise pattern like 4 does, but symmetrically.
+            averages one period of the 4×4 noise pattern like 4 does, but symmetrically. An even one lies on one side
+            on even frames and on the other on odd ones.
         tolerance: in pixel widths at the pixel's depth.
         fit: "linear" takes the value at the pixel of a plane fitted to the taps, which does not blur gradients of
             visibility; "constant" their mean.

@@ -13,7 +13,7 @@ from gtao.planes import Planes
 from gtao.results import AmbientOcclusion
 from gtao.stages import staged
 
-from .estimate import check_estimate
+from .estimate import check_estimate, check_frame_index
 
 __all__ = ["denoise"]
 
@@ -27,7 +27,7 @@ Channels = tuple[Any, ...]
 Average = Callable[[Any, Any, Any], Channels]
 
 
-def denoise(ao: AmbientOcclusion, g: GBuffer, spatial: Any) -> AmbientOcclusion:
+def denoise(ao: AmbientOcclusion, g: GBuffer, spatial: Any, *, frame_index: int = 0) -> AmbientOcclusion:
     """The estimate ``ao`` of frame ``g``, filtered in the image.
 
     Noise patterns give neighbouring pixels different directions: averaging them is part of estimating with few
@@ -37,12 +37,15 @@ def denoise(ao: AmbientOcclusion, g: GBuffer, spatial: Any) -> AmbientOcclusion:
         ao: from :func:`gtao.ambient_occlusion`; directions are filtered with the same weights.
         g: the frame that ``ao`` was estimated from.
         spatial: a :class:`gtao.EdgeAwareFilter`, :class:`gtao.SpatialFilter` or :class:`gtao.PlaneAwareFilter`.
+        frame_index: number of the frame, 0 or more. Footprints of even size cannot be symmetric: from the pixel they
+            reach one texel further toward the bottom right on even frames, toward the top left on odd ones.
+            Symmetric footprints do not depend on it.
 
     Returns:
         A new estimate with the same ``config``; its ``variance`` is None: filtered errors depend on each other.
 
     Raises:
-        ConfigError: ``spatial`` is no filter, ``ao`` no estimate or ``g`` no frame.
+        ConfigError: ``spatial`` is no filter, ``ao`` no estimate, ``g`` no frame or ``frame_index`` negative.
         ShapeError: the estimate is not of this frame.
     """
     apply = _FILTERS.get(type(spatial))
@@ -50,6 +53,7 @@ def denoise(ao: AmbientOcclusion, g: GBuffer, spatial: Any) -> AmbientOcclusion:
         choices = ", ".join(f"gtao.{kind.__name__}" for kind in _FILTERS)
         raise ConfigError(f"the filter must be one of {choices}, got {type(spatial).__name__}")
     check_estimate(ao, g)
+    check_frame_index(frame_index)
     T = g.types
     unshaped = () if ao.unshaped is None else (T.Float(ao.unshaped.array),)
     images = {name: planes for name in ("mean_direction", "visibility_sh") if (planes := ao.planes(name)) is not None}
@@ -57,7 +61,7 @@ def denoise(ao: AmbientOcclusion, g: GBuffer, spatial: Any) -> AmbientOcclusion:
     for planes in images.values():
         channels += tuple(map(T.Float, planes.arrays))
     channels += unshaped
-    visibility, *filtered = apply(channels, g, spatial)
+    visibility, *filtered = apply(channels, g, spatial, frame_index % 2 == 1)
     dr.eval(visibility, filtered)
     for name, planes in images.items():
         n = len(planes.arrays)
@@ -84,7 +88,7 @@ def _grid(g: GBuffer) -> filters.Grid:
     return filters.Grid.of(width, height, g.types)
 
 
-def _edge_aware(channels: Channels, g: GBuffer, f: EdgeAwareFilter) -> Channels:
+def _edge_aware(channels: Channels, g: GBuffer, f: EdgeAwareFilter, _odd_frame: bool) -> Channels:
     if f.quantised_edges and dr.grad_enabled(g.view_z, f.edge_threshold):
         raise ConfigError(
             "links of depth that are rounded to four levels have no derivative; choose quantised_edges=False, or filter"
@@ -109,24 +113,25 @@ def _edge_aware(channels: Channels, g: GBuffer, f: EdgeAwareFilter) -> Channels:
     return channels
 
 
-def _bilateral(channels: Channels, g: GBuffer, f: SpatialFilter) -> Channels:
+def _bilateral(channels: Channels, g: GBuffer, f: SpatialFilter, odd_frame: bool) -> Channels:
     grid, one = _grid(g), g.types.Float(1)
     order = ("none", "first", "second").index(f.derivatives)
 
     def average(images, depth, numbers):
-        return filters.weighted_mean(one, filters.bilateral_taps(*depth, *numbers, order, grid), grid, images)
+        taps = filters.bilateral_taps(*depth, *numbers, order, grid, odd_frame)
+        return filters.weighted_mean(one, taps, grid, images)
 
     return _one_pass(average, channels, (g.view_z.array,), (f.threshold,), g)
 
 
-def _plane_aware(channels: Channels, g: GBuffer, f: PlaneAwareFilter) -> Channels:
+def _plane_aware(channels: Channels, g: GBuffer, f: PlaneAwareFilter, odd_frame: bool) -> Channels:
     grid, camera, one = _grid(g), g.camera, g.types.Float(1)
 
     def average(images, guides, numbers):
         depth, *normal = guides
         tolerance, *view = numbers
         view = filters.View(*view, orthographic=camera.is_orthographic)
-        taps = filters.plane_taps(depth, normal, f.size, tolerance, view, grid)
+        taps = filters.plane_taps(depth, normal, f.size, tolerance, view, grid, odd_frame)
         if f.fit == "constant":
             return filters.weighted_mean(one, taps, grid, images)
         return filters.local_plane(one, taps, grid, images, ridge=RIDGE)
@@ -136,8 +141,8 @@ def _plane_aware(channels: Channels, g: GBuffer, f: PlaneAwareFilter) -> Channel
     return _one_pass(average, channels, (g.view_z.array, *g.normal_arrays()), (f.tolerance, *view), g)
 
 
-# What filters (visibility, *bent normal) for each class of filter.
-_FILTERS: dict[type, Callable[[Channels, GBuffer, Any], Channels]] = {
+# What filters the channels of an even or odd frame, for each class of filter.
+_FILTERS: dict[type, Callable[[Channels, GBuffer, Any, bool], Channels]] = {
     EdgeAwareFilter: _edge_aware,
     SpatialFilter: _bilateral,
     PlaneAwareFilter: _plane_aware,

@@ -1,12 +1,13 @@
 """What every function of an estimate and its frame looks at first."""
 
+import numbers
 from typing import Any
 
 from gtao.errors import ConfigError, ShapeError
 from gtao.gbuffer import GBuffer
 from gtao.results import AmbientOcclusion
 
-__all__ = ["check_estimate", "check_frame"]
+__all__ = ["check_estimate", "check_frame", "check_frame_index"]
 
 
 def check_estimate(ao: Any, g: Any) -> None:
@@ -33,3 +34,13 @@ def check_frame(g: Any) -> None:
     """
     if not isinstance(g, GBuffer):
         raise ConfigError(f"g must be a gtao.GBuffer, got {type(g).__name__}")
+
+
+def check_frame_index(frame_index: Any) -> None:
+    """``frame_index`` is a number of a frame.
+
+    Raises:
+        ConfigError: it is something else.
+    """
+    if isinstance(frame_index, bool) or not isinstance(frame_index, numbers.Integral) or frame_index < 0:
+        raise ConfigError(f"frame_index must be a non-negative integer, got {frame_index!r}")

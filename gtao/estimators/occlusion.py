@@ -1,7 +1,6 @@
 """Image-level driver of the occlusion kernels."""
 
 import math
-import numbers
 from collections.abc import Callable
 from typing import Any
 
@@ -14,6 +13,7 @@ from gtao.planes import Planes
 from gtao.results import AmbientOcclusion
 
 from .bitmask import bitmask_visibility
+from .estimate import check_frame_index
 from .hbao import hbao_visibility
 from .heightfield import horizon_truth, march_truth
 from .horizons import horizon_visibility
@@ -71,8 +71,7 @@ def ambient_occlusion(
         raise ConfigError(f"method must be one of {choices}, got {type(method).__name__}")
     if not isinstance(g, GBuffer):
         raise ConfigError(f"g must be a gtao.GBuffer, got {type(g).__name__}")
-    if isinstance(frame_index, bool) or not isinstance(frame_index, numbers.Integral) or frame_index < 0:
-        raise ConfigError(f"frame_index must be a non-negative integer, got {frame_index!r}")
+    check_frame_index(frame_index)
     if max_pixels is not None and (isinstance(max_pixels, bool) or not isinstance(max_pixels, int) or max_pixels < 1):
         raise ConfigError(f"max_pixels must be a positive integer or None, got {max_pixels!r}")
     if max_pixels is not None and type(method) not in _METHODS:

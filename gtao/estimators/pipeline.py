@@ -18,7 +18,7 @@ def run_pipeline(g: GBuffer, pipeline: Pipeline, *, frame_index: int = 0) -> Amb
     """What :meth:`gtao.Pipeline.step` returns."""
     ao = ambient_occlusion(g, pipeline.occlusion, frame_index=frame_index)
     if pipeline.spatial is not None:
-        ao = denoise(ao, g, pipeline.spatial)
+        ao = denoise(ao, g, pipeline.spatial, frame_index=frame_index)
     if not pipeline.clamp:
         return ao
     v = ao.visibility.array

@@ -45,8 +45,8 @@ def estimate(g, visibility, directions=None, sh=None):
     )
 
 
-def filtered(g, visibility, spatial, directions=None):
-    result = gtao.denoise(estimate(g, visibility, directions), g, spatial)
+def filtered(g, visibility, spatial, directions=None, frame_index=0):
+    result = gtao.denoise(estimate(g, visibility, directions), g, spatial, frame_index=frame_index)
     image = np.array(result.visibility)
     return image if directions is None else (image, np.array(result.mean_direction))
 
@@ -123,8 +123,7 @@ def test_planes_of_any_tilt_are_averaged_in_full(tilt):
 def test_one_period_of_the_noise_pattern_averages_out(spatial):
     """On a plane that faces the eye every pixel receives all 16 directions once, and 4 offsets, four times each."""
     y, x = np.mgrid[:16, :16]
-    z = np.full((16, 16), 2.0)
-    g = gtao.GBuffer(z, np.broadcast_to([0.0, 0, 1], (16, 16, 3)).copy(), gtao.PerspectiveCamera(16, 16, 0.9))
+    g = facing()
     direction = ((((x + y) & 3) << 2) + (x & 3)) / 16
     values = direction + ((y - x) & 3) / 4
     image = filtered(g, values, spatial)[2:-2, 2:-2]
@@ -135,6 +134,84 @@ def test_one_period_of_the_noise_pattern_averages_out(spatial):
         assert np.abs(image - 27 / 32).max() < np.abs(values - 27 / 32).max() / 5
     sharp = filtered(g, values, gtao.EdgeAwareFilter())[2:-2, 2:-2]
     assert np.abs(sharp - 27 / 32).max() > 0.02
+
+
+EVEN = {
+    "slides": gtao.SpatialFilter(),
+    "planes, 4": gtao.PlaneAwareFilter(size=4, fit="constant"),
+    "planes, 2": gtao.PlaneAwareFilter(size=2, fit="constant"),
+}
+
+
+def facing(size=16):
+    """A plane that faces the eye: every filter by depth or planes is an average over its footprint there."""
+    camera = gtao.PerspectiveCamera(size, size, 0.9)
+    return gtao.GBuffer(np.full((size, size), 2.0), np.broadcast_to([0.0, 0, 1], (size, size, 3)).copy(), camera)
+
+
+def stages_of(result):
+    """Visibility, directions and harmonics as one (H, W, 13) image."""
+    images = (result.visibility, result.mean_direction, result.visibility_sh)
+    return np.concatenate([np.array(image).reshape(*result.visibility.shape, -1) for image in images], axis=-1)
+
+
+@pytest.mark.parametrize("spatial", EVEN.values(), ids=EVEN)
+def test_even_footprints_move_the_image_by_half_a_pixel_and_back(spatial):
+    """Of a ramp, the value says where it comes from: visibility, directions and harmonics alike."""
+    g = facing()
+    y, x = np.mgrid[:16.0, :16.0]
+    ramps = np.stack([x + 0.1 * y, y - 0.3 * x] + [k * x + (13 - k) * y for k in range(11)], axis=-1)
+    ao = estimate(g, ramps[..., 0], ramps[..., 1:4], ramps[..., 4:])
+    frames = [stages_of(gtao.denoise(ao, g, spatial, frame_index=k))[2:-2, 2:-2] - ramps[2:-2, 2:-2] for k in range(3)]
+    # Half a pixel of the ramp, to the rounding of sums of 16 values of about 200.
+    half = 0.5 * (ramps[1, 1] - ramps[0, 0])
+    assert frames[0] == pytest.approx(np.broadcast_to(half, frames[0].shape), abs=1e-11)
+    assert frames[1] == pytest.approx(-np.broadcast_to(half, frames[0].shape), abs=1e-11)
+    assert np.abs(frames[0] + frames[1]).max() < 1e-11
+    assert np.array_equal(frames[2], frames[0])
+
+
+@pytest.mark.parametrize("spatial", [*EVEN.values(), gtao.PlaneAwareFilter(size=4)])
+def test_odd_frames_mirror_even_ones(spatial):
+    """On any surface: what the filter makes of a frame upside down and left to right is its other footprint."""
+    field = terrain()
+    values = random_image(field.view_z.shape)
+    turned = fields.Field(
+        field.view_z[::-1, ::-1].copy(),
+        field.normal_v[::-1, ::-1] * np.array([-1.0, -1.0, 1.0]),
+        field.camera,
+        field.orthographic,
+    )
+    want = filtered(frame(field), values, spatial, frame_index=5)
+    got = filtered(frame(turned), values[::-1, ::-1], spatial, frame_index=4)[::-1, ::-1]
+    # As for mirrors below, only the order of sums differs.
+    assert np.abs(got - want).max() < 1e-9
+    assert np.abs(filtered(frame(field), values, spatial, frame_index=4) - want).max() > 0.05
+
+
+@pytest.mark.parametrize("spatial", [gtao.EdgeAwareFilter(), gtao.EdgeAwareFilter(passes=2), gtao.PlaneAwareFilter()])
+def test_symmetric_footprints_do_not_depend_on_the_frame(spatial):
+    g = frame(terrain())
+    values = random_image(g.shape)
+    assert np.array_equal(filtered(g, values, spatial, frame_index=1), filtered(g, values, spatial))
+
+
+@pytest.mark.parametrize("frame_index", [-1, 0.5, True])
+def test_numbers_of_frames_are_whole(frame_index):
+    g = facing()
+    with pytest.raises(gtao.ConfigError, match="frame_index"):
+        gtao.denoise(estimate(g, np.ones(g.shape)), g, gtao.SpatialFilter(), frame_index=frame_index)
+
+
+def test_a_pipeline_tells_its_filter_which_frame_it_is():
+    """With noise that does not change: what differs between frames is the footprint."""
+    g = frame(terrain())
+    occlusion = gtao.GTAO(radius=1.0, n_slices=1, n_steps=2, noise="none")
+    pipeline = gtao.Pipeline(occlusion=occlusion, spatial=gtao.SpatialFilter(), clamp=False)
+    for k in (0, 1):
+        want = gtao.denoise(gtao.ambient_occlusion(g, pipeline.occlusion), g, pipeline.spatial, frame_index=k)
+        got = pipeline.step(g, frame_index=k)
+        assert np.array_equal(np.array(got.visibility), np.array(want.visibility))
 
 
 @pytest.mark.parametrize("name", ["edge-aware", "edge-aware, 3 passes", "planes"])

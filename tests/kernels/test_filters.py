@@ -10,7 +10,7 @@ from oracles import filters as oracle
 from gtao import backend
 from gtao.kernels import filters
 from gtao.kernels.filters.bilateral import ramp
-from gtao.kernels.filters.planes import footprint
+from gtao.kernels.filters.footprint import footprint
 
 import drjit as dr  # isort: skip  (after gtao, which chooses the LLVM library)
 
@@ -90,13 +90,14 @@ def test_edge_aware_pass(precision, quantised, beta):
     assert np.abs(np.array(got) - want)[surface_of(field)].max() < TOLERANCES[precision.name]
 
 
+@pytest.mark.parametrize("odd_frame", [False, True])
 @pytest.mark.parametrize("order", [0, 1, 2])
-def test_bilateral_pass(precision, order):
+def test_bilateral_pass(precision, order, odd_frame):
     field = rough()
     grid, values = grid_of(precision, field), values_of(field)
-    taps = filters.bilateral_taps(image(precision, field.view_z), 0.1, order, grid)
+    taps = filters.bilateral_taps(image(precision, field.view_z), 0.1, order, grid, odd_frame)
     (got,) = filters.weighted_mean(precision.Float(1), taps, grid, (image(precision, values),))
-    want = oracle.average(oracle.bilateral_weights(field.view_z, 0.1, order), values)
+    want = oracle.average(oracle.bilateral_weights(field.view_z, 0.1, order, odd_frame), values)
     assert np.abs(np.array(got) - want)[surface_of(field)].max() < TOLERANCES[precision.name]
 
 
@@ -123,7 +124,7 @@ def test_bilateral_weights_are_full_where_depth_is_a_polynomial_of_that_order(pr
         assert not weight[~inside].any()
 
 
-def plane_taps(precision, field, size, tolerance=0.5, view_z=None):
+def plane_taps(precision, field, size, tolerance=0.5, view_z=None, odd_frame=False):
     fx, fy = field.scale
     view = filters.View(
         ax=1 / fx,
@@ -135,17 +136,17 @@ def plane_taps(precision, field, size, tolerance=0.5, view_z=None):
     )
     normal = tuple(image(precision, field.normal_v[..., k]) for k in range(3))
     z = image(precision, field.view_z) if view_z is None else view_z
-    return filters.plane_taps(z, normal, size, tolerance, view, grid_of(precision, field))
+    return filters.plane_taps(z, normal, size, tolerance, view, grid_of(precision, field), odd_frame)
 
 
-@pytest.mark.parametrize("size", [2, 4, 5])
+@pytest.mark.parametrize(("size", "odd_frame"), [(2, True), (4, False), (4, True), (5, False), (5, True)])
 @pytest.mark.parametrize("orthographic", [False, True])
-def test_plane_aware_pass(precision, size, orthographic):
+def test_plane_aware_pass(precision, size, odd_frame, orthographic):
     field = rough(orthographic)
     grid, values = grid_of(precision, field), values_of(field)
-    taps = plane_taps(precision, field, size)
+    taps = plane_taps(precision, field, size, odd_frame=odd_frame)
     one, channels = precision.Float(1), (image(precision, values),)
-    weights = oracle.plane_weights(field, size)
+    weights = oracle.plane_weights(field, size, odd_frame=odd_frame)
     height, width = field.view_z.shape
     coordinates = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1).reshape(-1, 2)
     mean = oracle.average(weights, values)
@@ -204,15 +205,23 @@ def test_the_linear_fit_reproduces_linear_images_for_a_small_ridge(precision, si
     assert np.abs(np.array(mean) - values)[supported].max() > 1e-2
 
 
+@pytest.mark.parametrize("odd_frame", [False, True])
 @pytest.mark.parametrize("size", range(2, 10))
-def test_footprints_cover_every_residue_of_their_period_equally(size):
+def test_footprints_cover_every_residue_of_their_period_equally(size, odd_frame):
     period = size if size % 2 == 0 else size - 1
     weight = np.zeros(period)
-    for d, w in footprint(size):
+    for d, w in footprint(size, odd_frame):
         weight[d % period] += w
     assert (weight == 1).all()
-    if size % 2:
-        assert sum(d * w for d, w in footprint(size)) == 0
+
+
+@pytest.mark.parametrize("size", range(2, 10))
+def test_footprints_of_two_frames_together_are_symmetric(size):
+    even, odd = (dict(footprint(size, odd_frame)) for odd_frame in (False, True))
+    assert odd == {-d: w for d, w in even.items()}
+    assert (even == odd) == (size % 2 == 1)
+    # Half a pixel toward positive coordinates, then half a pixel back.
+    assert sum(d * w for d, w in even.items()) == (0.5 * size if size % 2 == 0 else 0)
 
 
 @pytest.mark.parametrize("name", ["edges", "bilateral", "planes"])

@@ -98,8 +98,9 @@ def edge_weights(view_z, links, beta, diagonal=0.425, leak_threshold=2.5, leak_s
     return weights
 
 
-def bilateral_weights(view_z, threshold=0.1, order=2):
-    """The slides' filter on the footprint {-1, 0, 1, 2}²."""
+def bilateral_weights(view_z, threshold=0.1, order=2, odd_frame=False):
+    """The slides' filter on the footprint {-1, 0, 1, 2}², on odd frames {-2, -1, 0, 1}²."""
+    offsets = range(-2, 2) if odd_frame else range(-1, 3)
     height, width = view_z.shape
     weights = np.zeros((height * width,) * 2)
 
@@ -113,8 +114,8 @@ def bilateral_weights(view_z, threshold=0.1, order=2):
             if z is None:
                 continue
             along = [parabola([depth(x + k * a, y + k * b) for k in range(-2, 3)], order) for a, b in ((1, 0), (0, 1))]
-            for dy in range(-1, 3):
-                for dx in range(-1, 3):
+            for dy in offsets:
+                for dx in offsets:
                     tap = depth(x + dx, y + dy)
                     if tap is None:
                         continue
@@ -140,7 +141,7 @@ def parabola(depths, order):
     return lambda d: z + side * d * first + bend * (side * d) * (side * d - 1) / 2
 
 
-def plane_weights(field: Field, size=5, tolerance=0.5):
+def plane_weights(field: Field, size=5, tolerance=0.5, odd_frame=False):
     """Distances from tangent planes, point by point."""
     height, width = field.view_z.shape
     points, normals = field.positions().reshape(-1, 3), field.normal_v.reshape(-1, 3)
@@ -148,7 +149,8 @@ def plane_weights(field: Field, size=5, tolerance=0.5):
     if size % 2:
         profile = {d: 0.5 if abs(d) == size // 2 else 1.0 for d in range(-(size // 2), size // 2 + 1)}
     else:
-        profile = dict.fromkeys(range(1 - size // 2, size // 2 + 1), 1.0)
+        first = -(size // 2) if odd_frame else 1 - size // 2
+        profile = dict.fromkeys(range(first, first + size), 1.0)
     weights = np.zeros((height * width,) * 2)
     for i in np.flatnonzero(np.isfinite(depth)):
         y, x = divmod(int(i), width)

@@ -2,12 +2,13 @@
 
 import drjit as dr
 
+from .footprint import footprint
 from .grid import Tap
 
-__all__ = ["FOOTPRINT", "bilateral_taps", "ramp"]
+__all__ = ["bilateral_taps", "ramp"]
 
-# An even footprint is not symmetric: this one lies half a pixel toward the bottom right.
-FOOTPRINT = (-1, 0, 1, 2)
+# Texels along each axis, one period of the slides' noise pattern.
+SIZE = 4
 
 
 def ramp(z, predicted, scale):
@@ -16,21 +17,23 @@ def ramp(z, predicted, scale):
     return dr.select(weight > 0, weight, 0)
 
 
-def bilateral_taps(view_z, threshold, derivatives, grid):
+def bilateral_taps(view_z, threshold, derivatives, grid, odd_frame=False):
     """Taps of the 4×4 filter; theory, the bilateral filter.
 
     Args:
         view_z: :class:`Image` of flat depth, inf on the background.
         threshold: difference to the predicted depth, as a share of the pixel's depth, from which a tap counts nothing.
         derivatives: how many derivatives of depth the prediction uses, 0 to 2.
+        odd_frame: which of the two footprints; see :func:`footprint`.
     """
     centre = dr.select(dr.isfinite(view_z.own), view_z.own, 1)
     scale = 1 / (threshold * centre)
     along_x = _derivatives(view_z, centre, (1, 0), derivatives, grid)
     along_y = _derivatives(view_z, centre, (0, 1), derivatives, grid)
     taps = []
-    for dy in FOOTPRINT:
-        for dx in FOOTPRINT:
+    offsets = [d for d, _ in footprint(SIZE, odd_frame)]
+    for dy in offsets:
+        for dx in offsets:
             if dx == 0 and dy == 0:
                 continue
             index, there = grid.inside(dx, dy)

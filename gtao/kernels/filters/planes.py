@@ -5,9 +5,10 @@ from typing import Any
 
 import drjit as dr
 
+from .footprint import footprint
 from .grid import Tap
 
-__all__ = ["View", "footprint", "plane_taps"]
+__all__ = ["View", "plane_taps"]
 
 
 @dataclass(frozen=True)
@@ -27,19 +28,7 @@ class View:
         return (X, Y, -z) if self.orthographic else (X * z, Y * z, -z)
 
 
-def footprint(size):
-    """``(offset, weight)`` along one axis of a footprint that repeats a period of noise exactly.
-
-    An even size is a box, half a pixel toward positive coordinates. An odd one is symmetric and spans a period of
-    size - 1: its two ends, which are the same texel of the period, count half each.
-    """
-    if size % 2 == 0:
-        return [(d, 1.0) for d in range(1 - size // 2, size // 2 + 1)]
-    half = size // 2
-    return [(d, 0.5 if abs(d) == half > 0 else 1.0) for d in range(-half, half + 1)]
-
-
-def plane_taps(view_z, normal, size, tolerance, view: View, grid):
+def plane_taps(view_z, normal, size, tolerance, view: View, grid, odd_frame=False):
     """Taps by distance from the tangent planes; theory, the plane-aware filter.
 
     Args:
@@ -47,6 +36,7 @@ def plane_taps(view_z, normal, size, tolerance, view: View, grid):
         normal: three of them, the components of unit normals in the view frame.
         size: of the footprint, in texels.
         tolerance: distance from a plane, in pixel widths at that depth, from which a tap counts nothing.
+        odd_frame: which of the two footprints of an even size; see :func:`footprint`.
 
     Returns:
         The taps, the pixel itself not among them (its weight is 1).
@@ -57,8 +47,9 @@ def plane_taps(view_z, normal, size, tolerance, view: View, grid):
     P = view.position(x, y, centre)
     scale = 1 / (tolerance * view.pixel)
     taps = []
-    for dy, wy in footprint(size):
-        for dx, wx in footprint(size):
+    along = footprint(size, odd_frame)
+    for dy, wy in along:
+        for dx, wx in along:
             if dx == 0 and dy == 0:
                 continue
             index, there = grid.inside(dx, dy)
