@@ -63,6 +63,7 @@ from .errors import (
 from .estimators import (
     ValueAndGradient,
     ambient_occlusion,
+    camera_motion,
     denoise,
     diffuse_radiance,
     environment_brdf,
@@ -136,6 +137,7 @@ __all__ = [
     "ambient_occlusion",
     "backend",
     "camera_from_dict",
+    "camera_motion",
     "denoise",
     "diffuse_radiance",
     "environment_brdf",

@@ -8,13 +8,14 @@ import drjit as dr
 
 from . import backend
 from .camera import OrthographicCamera, PerspectiveCamera
+from .camera.pose import pose_of
 from .config import plain
 from .errors import ShapeError
-from .kernels import fetch, normals, pyramid
+from .kernels import normals, pyramid
 from .layers import DepthLayers
-from .surface import NUMBERS, derived_normals, points
+from .surface import NUMBERS, affine_field, derived_normals, points, with_gradient_of
 from .tensors import scalar, to_tensor, vectors, window
-from .validation import check, check_layers
+from .validation import check, check_layers, motion_tensor
 
 __all__ = ["GBuffer"]
 
@@ -37,9 +38,11 @@ class GBuffer:
             background. ``None`` derives geometric normals from the depth.
         camera: the camera that the frame was made with.
         albedo: optional (H, W, 3) diffuse albedo in [0, 1].
-        motion: optional (H, W, 2) motion in pixels from the previous frame.
+        motion: optional (H, W, 2) or (H, W, 3) motion, from the previous frame to this one, of the surface point that
+            a pixel shows: pixels to the right, pixels down, change of ``view_z``. The background is infinitely far.
         layers: optional :class:`gtao.DepthLayers`: where the bodies behind each pixel begin and end; the first begins
             at ``view_z``.
+        view_to_world: optional 4x4 rigid matrix from view frame to world, kept as nested tuples.
         validate: look at every value, which waits for the arrays to be computed. With False the caller vouches for
             them: training loops and functions inside ``dr.freeze`` need that. Shapes and types are always checked.
             Depth and normals that are Dr.Jit tensors are then taken as they are, not copied.
@@ -50,7 +53,7 @@ class GBuffer:
     Raises:
         ConfigError: values are to be looked at inside ``dr.freeze``.
         ShapeError: a shape or type is wrong, depth is NaN, not positive or beyond 1e-12 … 1e12, a normal is not
-            finite or not unit, the layers are of another frame.
+            finite or not unit, motion is not finite, the layers are of another frame, the pose is not rigid.
         BackendError: there is no usable Dr.Jit backend.
     """
 
@@ -63,6 +66,7 @@ class GBuffer:
         motion: Any = None,
         layers: DepthLayers | None = None,
         *,
+        view_to_world: Any = None,
         validate: bool = True,
     ):
         if not isinstance(camera, PerspectiveCamera | OrthographicCamera):
@@ -76,7 +80,8 @@ class GBuffer:
         n = None if normal_v is None else to_tensor(normal_v, "normal_v", (*self.shape, 3), like=like, copy=validate)
         self._given = None if n is None else n.array
         self.albedo = None if albedo is None else to_tensor(albedo, "albedo", (*self.shape, 3), like=like)
-        self.motion = None if motion is None else to_tensor(motion, "motion", (*self.shape, 2), like=like)
+        self.motion = None if motion is None else motion_tensor(motion, self.view_z)
+        self.view_to_world = None if view_to_world is None else pose_of("view_to_world", view_to_world)
         self.layers = None if layers is None else check_layers(layers, self.view_z)
         self._affine_field: Any = None
         self._pyramid: tuple[Any, Any] = (None, None)
@@ -85,7 +90,7 @@ class GBuffer:
         if validate:
             # Derived normals are needed anyway.
             also = self.normal_v if self._from_depth and not self._geometry_attached() else None
-            check(self.view_z, self._given, self.albedo, self.layers, also)
+            check(self.view_z, self._given, self.albedo, self.layers, also, motion=self.motion)
 
     @classmethod
     def from_exr(cls, path: Any, camera: Any = None, **options: Any) -> "GBuffer":
@@ -112,7 +117,8 @@ class GBuffer:
 
         view_z, normal_v, albedo, motion = map(part, (self.view_z, self.normal_v, self.albedo, self.motion))
         layers = None if self.layers is None else self.layers.crop(*region)
-        result = GBuffer(view_z, normal_v, self.camera.crop(*region), albedo, motion, layers, validate=False)
+        camera, pose = self.camera.crop(*region), self.view_to_world
+        result = GBuffer(view_z, normal_v, camera, albedo, motion, layers, view_to_world=pose, validate=False)
         result.normals_derived = self.normals_derived
         return result
 
@@ -122,8 +128,22 @@ class GBuffer:
         Raises:
             ShapeError: they are of another frame.
         """
-        result = GBuffer(self.view_z, self.normal_v, self.camera, self.albedo, self.motion, layers)
-        result.normals_derived = self.normals_derived
+        layers = check_layers(layers, self.view_z)
+        check(self.view_z, None, None, layers, None)
+        result = copy(self)
+        result.layers = layers
+        return result
+
+    def with_motion(self, motion: Any, *, validate: bool = True) -> "GBuffer":
+        """The same frame with motion from the previous one, as for the class; for example of ``gtao.camera_motion``.
+
+        Raises:
+            ShapeError: it is of another frame or not finite.
+        """
+        result = copy(self)
+        result.motion = motion_tensor(motion, self.view_z)
+        if validate:
+            check(self.view_z, None, None, None, None, motion=result.motion)
         return result
 
     def attached(self) -> "GBuffer":
@@ -180,20 +200,10 @@ class GBuffer:
 
     def affine_field(self):
         """What the linear fetch reads; see :func:`gtao.kernels.fetch.affine_field`."""
-        camera, z = self.camera, self.view_z.array
         if self._affine_field is None:
-            height, width = self.shape
-            ax, ay = (1 / scalar(dr.detach(f), self.types.Float) for f in (camera.fx, camera.fy))
-            footprint = dr.select(ax > ay, ax, ay)
-            field = fetch.affine_field(dr.detach(z), width, height, footprint, camera.is_orthographic, self.types)
-            dr.eval(field)
-            self._affine_field = field
-        field = self._affine_field
-        if not dr.grad_enabled(z):
-            return field
-        # Where the edges are has no derivative, so that the adjoint need not scatter to the texels that were compared.
-        value = z if camera.is_orthographic else 1 / z
-        return dr.replace_grad(field, dr.select(dr.copysign(self.types.Float(1), field) < 0, -value, value))
+            self._affine_field = affine_field(dr.detach(self.view_z.array), self.camera, self.types)
+            dr.eval(self._affine_field)
+        return with_gradient_of(self.view_z.array, self._affine_field, self.camera)
 
     def depth_pyramid(self, table: pyramid.Table, name: str, start: Any, end: Any):
         """Depth at several resolutions; see :func:`gtao.kernels.pyramid.build`. The last one made is kept.
@@ -236,5 +246,5 @@ class GBuffer:
 
     def __repr__(self) -> str:
         height, width = self.shape
-        extras = [name for name in ("albedo", "motion", "layers") if getattr(self, name) is not None]
+        extras = [name for name in ("albedo", "motion", "layers", "view_to_world") if getattr(self, name) is not None]
         return f"GBuffer({width}x{height}, {self.camera.kind}{''.join(', ' + e for e in extras)})"

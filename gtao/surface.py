@@ -1,15 +1,15 @@
-"""Points and normals that depth and camera give: what a frame knows of its surfaces without being told."""
+"""Points, normals and fields that depth and camera give: what a frame knows of its surfaces without being told."""
 
 from types import SimpleNamespace
 from typing import Any
 
 import drjit as dr
 
-from .kernels import normals
+from .kernels import fetch, normals
 from .stages import staged
 from .tensors import scalar
 
-__all__ = ["NUMBERS", "derived_normals", "points", "view_directions"]
+__all__ = ["NUMBERS", "affine_field", "derived_normals", "points", "view_directions", "with_gradient_of"]
 
 #: What the position of a texel depends on beside its depth.
 NUMBERS = ("fx", "fy", "cx", "cy")
@@ -66,3 +66,19 @@ def derived_normals(view_z: Any, camera: Any, T: Any):
         return (dr.ravel(n + dr.zeros(T.Array3, width * height)),)
 
     return staged(stage, (view_z,), _numbers(camera))[0]
+
+
+def affine_field(view_z: Any, camera: Any, T: Any):
+    """What the linear fetch reads of flat depth without gradients; see :func:`gtao.kernels.fetch.affine_field`."""
+    ax, ay = (1 / scalar(dr.detach(f), T.Float) for f in (camera.fx, camera.fy))
+    footprint = dr.select(ax > ay, ax, ay)
+    return fetch.affine_field(view_z, camera.width, camera.height, footprint, camera.is_orthographic, T)
+
+
+def with_gradient_of(view_z: Any, field: Any, camera: Any):
+    """The affine field of a depth with that depth's gradient, where it has one."""
+    if not dr.grad_enabled(view_z):
+        return field
+    # Where the edges are has no derivative, so that the adjoint need not scatter to the texels that were compared.
+    value = view_z if camera.is_orthographic else 1 / view_z
+    return dr.replace_grad(field, dr.select(dr.copysign(type(field)(1), field) < 0, -value, value))

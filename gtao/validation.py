@@ -6,8 +6,9 @@ import drjit as dr
 
 from .errors import ConfigError, ShapeError
 from .layers import DepthLayers
+from .tensors import to_tensor
 
-__all__ = ["check", "check_layers"]
+__all__ = ["check", "check_layers", "motion_tensor"]
 
 #: Largest tolerated deviation of a normal's length from 1; half-float buffers reach 1e-3.
 UNIT_TOLERANCE = 5e-3
@@ -33,7 +34,17 @@ def check_layers(layers: Any, view_z: Any) -> DepthLayers:
     return layers
 
 
-def check(view_z: Any, normal: Any, albedo: Any, layers: DepthLayers | None, also: Any) -> None:
+def motion_tensor(motion: Any, view_z: Any) -> Any:
+    """``motion`` as a tensor of the frame's precision.
+
+    Raises:
+        ShapeError: it has neither two nor three channels, or another size.
+    """
+    shape = tuple(getattr(motion, "shape", ()))
+    return to_tensor(motion, "motion", (*view_z.shape, 2 if shape[2:] == (2,) else 3), like=type(view_z))
+
+
+def check(view_z: Any, normal: Any, albedo: Any, layers: DepthLayers | None, also: Any, *, motion: Any = None) -> None:
     """Evaluate ``also`` together with one flag per pixel that says whether anything is wrong there.
 
     Args:
@@ -42,16 +53,18 @@ def check(view_z: Any, normal: Any, albedo: Any, layers: DepthLayers | None, als
         albedo: tensor of albedo, or None.
         layers: the depth layers of the frame, or None.
         also: array that is needed anyway, evaluated by the same kernel; or None.
+        motion: tensor of motion, or None.
 
     Raises:
         ConfigError: a function is being recorded by ``dr.freeze``, so that there are no values yet.
         ShapeError: depth is NaN, not positive or beyond 1e-12 … 1e12; the normal of a surface is not finite or not
-            unit; albedo is not in [0, 1]; the first layer does not begin at the depth.
+            unit; albedo is not in [0, 1]; motion is not finite; the first layer does not begin at the depth.
     """
     if dr.flag(dr.JitFlag.FreezingScope):
         raise ConfigError("inside dr.freeze no value can be looked at; make the frame with validate=False")
     view_z = dr.detach(view_z.array)
     normal, albedo = _channels(normal), _channels(None if albedo is None else albedo.array)
+    motion = None if motion is None else _channels(motion.array, motion.shape[2])
     front = None if layers is None else _first(layers.front.array, dr.width(view_z))
     surface = dr.isfinite(view_z)
     bad = ~((view_z >= NEAREST) & ((view_z <= FARTHEST) | (view_z == dr.inf)))
@@ -61,6 +74,9 @@ def check(view_z: Any, normal: Any, albedo: Any, layers: DepthLayers | None, als
     if albedo is not None:
         for a in albedo:
             bad |= _outside(a)
+    if motion is not None:
+        for m in motion:
+            bad |= ~dr.isfinite(m)
     if front is not None:
         bad |= _elsewhere(front, view_z)
     dr.eval(bad, also)
@@ -73,14 +89,21 @@ def check(view_z: Any, normal: Any, albedo: Any, layers: DepthLayers | None, als
         n_wrong = sum(dr.count(_outside(a))[0] for a in albedo)
         if n_wrong:
             raise ShapeError(f"albedo must be in [0, 1]: {n_wrong} values are not")
+    if motion is not None:
+        n_wrong = sum(dr.count(~dr.isfinite(m))[0] for m in motion)
+        if n_wrong:
+            raise ShapeError(
+                f"motion must be finite: {n_wrong} values are not; where a point was behind the previous camera, give"
+                " any motion that leads out of the frame"
+            )
     raise ShapeError(
         f"the first layer must begin at view_z, but does not at {dr.count(_elsewhere(front, view_z))[0]} pixels; are"
         " they one view?"
     )
 
 
-def _channels(flat):
-    return None if flat is None else dr.detach(dr.unravel(dr.replace_shape_t(type(flat), (3, -1)), flat))
+def _channels(flat, n=3):
+    return None if flat is None else dr.detach(dr.unravel(dr.replace_shape_t(type(flat), (n, -1)), flat))
 
 
 def _first(flat, n):

@@ -2,6 +2,7 @@
 
 from .denoise import denoise
 from .irradiance import irradiance
+from .motion import camera_motion
 from .multibounce import multibounce
 from .occlusion import ambient_occlusion
 from .reflection import diffuse_radiance
@@ -12,6 +13,7 @@ from .value_and_gradient import ValueAndGradient, value_and_gradient
 __all__ = [
     "ValueAndGradient",
     "ambient_occlusion",
+    "camera_motion",
     "denoise",
     "diffuse_radiance",
     "environment_brdf",

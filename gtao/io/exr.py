@@ -15,6 +15,7 @@ from . import foreign
 from .channels import Triple, find_channels
 from .images import read_channels, write_channels
 from .layers import layer_channels, layers_of
+from .motion import motion_channels, motion_of, pose_in
 
 __all__ = ["read_gbuffer", "write_gbuffer"]
 
@@ -67,7 +68,7 @@ def read_gbuffer(
     layer: str | None = None,
     window: Literal["display", "data"] = "display",
 ) -> GBuffer:
-    """Read depth, normals and, if present, albedo from an EXR image, and the depth layers of a file of ours.
+    """Read depth, normals and, if present, albedo from an EXR image; layers, motion and pose of a file of ours.
 
     Names that are understood: ours (``Z``, ``N.X`` …, ``albedo.R`` …); those of Mitsuba's ``aov`` integrator
     (``<aov>.T`` is the distance along the ray from the near plane, ``<aov>.X`` … normals in world space, and
@@ -122,9 +123,12 @@ def read_gbuffer(
     albedo = None
     if found.albedo is not None:
         albedo = np.where(surface[..., None], stack(found.albedo), np.float32(0))
-    layers = layers_of(path, channels, view_z) if metadata["manifest"] is not None and found.depth == "Z" else None
+    extras: dict[str, Any] = {"albedo": albedo}
+    if metadata["manifest"] is not None and found.depth == "Z":
+        extras["layers"] = layers_of(path, channels, view_z)
+        extras |= {"motion": motion_of(channels), "view_to_world": pose_in(path, metadata["manifest"])}
     if found.normals is None:
-        return GBuffer(view_z, None, camera, albedo=albedo, layers=layers)
+        return GBuffer(view_z, None, camera, **extras)
 
     normal_layer = found.normals[0].rpartition(".")[0]
     n = foreign.unit_normals(path, stack(found.normals), surface, normal_layer)
@@ -136,7 +140,7 @@ def read_gbuffer(
         foreign.check_agreement(path, n, plain)
         if found.flip:
             n = foreign.turn_to_camera(n, plain)
-    return GBuffer(view_z, n, camera, albedo=albedo, layers=layers)
+    return GBuffer(view_z, n, camera, **extras)
 
 
 def _expand(name: str, values: Any) -> dict[str, Any]:
@@ -160,10 +164,11 @@ def write_gbuffer(
 
     Channels: ``Z`` is view_z (infinite on the background), ``N.X N.Y N.Z`` the normal in the view frame,
     ``albedo.R albedo.G albedo.B`` if there is one; of depth layers, if there are any, ``ZBack`` is where the first
-    ends, ``layers.01.Z`` and ``layers.01.ZBack`` where the next begins and ends, and so on. Then ``extra``: by
-    convention ``visibility.mean``, ``visibility.var``, ``visibility.count``, ``bent`` and ``mean_direction`` (three
-    components), ``visibility_sh`` (nine), ``transport.01`` … The header attribute ``gtao`` holds the manifest with the
-    camera, so that :func:`read_gbuffer` needs nothing else.
+    ends, ``layers.01.Z`` and ``layers.01.ZBack`` where the next begins and ends, and so on; of motion, if there is any,
+    ``motion.X``, ``motion.Y`` in pixels and ``motion.Z`` in scene units. Then ``extra``: by convention
+    ``visibility.mean``, ``visibility.var``, ``visibility.count``, ``bent`` and ``mean_direction`` (three components),
+    ``visibility_sh`` (nine), ``transport.01`` … The header attribute ``gtao`` holds the manifest with the camera and
+    its pose, so that :func:`read_gbuffer` needs nothing else.
 
     Args:
         path: the file; its folder is made.
@@ -184,10 +189,12 @@ def write_gbuffer(
         channels |= {f"albedo.{c}": albedo[..., i] for i, c in enumerate("RGB")}
     if g.layers is not None:
         channels |= layer_channels(g.layers)
+    channels |= motion_channels(g)
     for name, values in (extra or {}).items():
         expanded = _expand(name, values)
         clash = sorted(channels.keys() & expanded.keys())
         if clash:
             raise ImageError(f"cannot write {path}: channel {clash[0]} is given twice; rename the extra one")
         channels |= expanded
-    write_channels(path, channels, {**(manifest or {}), "camera": g.camera.to_dict()})
+    pose = {} if g.view_to_world is None else {"view_to_world": [list(row) for row in g.view_to_world]}
+    write_channels(path, channels, {**(manifest or {}), **pose, "camera": g.camera.to_dict()})
