@@ -1,6 +1,7 @@
 """Maps and scenes of others: what is known of them, and how pictures of them are kept small. For the runs beside it."""
 
 import json
+import sys
 
 from PIL import Image
 
@@ -42,6 +43,33 @@ def _credit(entry):
         "licence": entry["licence"]["spdx"],
         "origin": origin,
     }
+
+
+def measured(study, config_class, settings, lights, found, options, turn):
+    """Run a comparison under light into ``options.full``, and print its summary.
+
+    Args:
+        study, config_class: of ``gtao.workflows``.
+        settings: of the configuration, its scenes those that need no file.
+        lights: those that need no file.
+        found: scenes of files, as :func:`described` gives them.
+        options: with ``maps`` and ``full``.
+        turn: degrees by which the light turns from each frame to the next.
+    """
+    config = config_class(
+        **settings | {"scenes": (*settings["scenes"], *(source for source, _, _ in found.values()))},
+        environments=(*lights, *map(str, options.maps)),
+        radius={name: radius for name, (_, radius, _) in found.items()} or None,
+        up={name: up for name, (_, _, up) in found.items()} or None,
+        turn=turn,
+        all_sensors=True,
+    )
+
+    def progress(task, done, total):
+        if task == "scenes":
+            print(f"{done} of {total} scenes", file=sys.stderr, flush=True)
+
+    print(study(config, options.full, progress=progress).summary())
 
 
 def credited(inputs, credits):

@@ -2,7 +2,7 @@
 
 from gtao.workflows.lighting.methods import DENSE, DENSE_COUNTS, GAME, GAME_COUNTS, OURS, TRACED, TWINS
 
-from .markdown import folded, table
+from .markdown import credits, folded, pictures, table
 
 SOURCES = (TRACED, DENSE, GAME)
 SMOOTH, SHARP, WINDOWED = "order 2", "all bands", "all bands, windowed"
@@ -221,21 +221,6 @@ def explained():
     )
 
 
-def credits(record):
-    body = []
-    for entry in record["inputs"]:
-        if "light" in entry or ("title" in entry and entry["frame"].endswith("camera 0")):
-            name = entry.get("light") or entry["frame"].partition(",")[0]
-            cells = [entry.get(key) or "–" for key in ("title", "author", "licence", "origin")]
-            body.append([name, *cells, f"`{entry['sha256'][:12]}…`"])
-    return table(["", "title", "author", "licence", "from", "SHA-256"], body) if body else "None."
-
-
-def pictures(record):
-    names = [entry["path"] for entry in record["outputs"] if entry["path"] != "methods.png"]
-    return "\n\n".join(f"![{name.removesuffix('.png')}](../references/lighting/{name})" for name in names)
-
-
 def section(record):
     numbers, config = record["numbers"], record["config"]
     views = [entry for entry in record["inputs"] if "frame" in entry]
@@ -311,7 +296,7 @@ this where what it assumes about visibility happens to make up for bands that ar
 
 Radiance of the diffuse surfaces, and errors relative to its mean, given dense slices.
 
-{pictures(record)}
+{pictures(record, "lighting", ("methods.png",))}
 
 ## Maps and scenes of others
 

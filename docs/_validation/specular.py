@@ -4,7 +4,7 @@ from gtao.workflows.specular.composites import LIGHT_ALONE, SPLITS, THREE, TRACE
 from gtao.workflows.specular.cone_shaped import CLOSURE
 from gtao.workflows.specular.methods import DENSE, DENSE_COUNTS, EXACT, GAME, GAME_COUNTS, RECOMMENDED, TRACED
 
-from .markdown import folded, table
+from .markdown import credits, folded, pictures
 from .specular_tables import (
     GLASS,
     OURS,
@@ -99,21 +99,6 @@ def verdict(numbers):
   {under_light(numbers, RECOMMENDED, RIVAL)}, no occlusion {under_light(numbers, TRACED, "unoccluded")}."""
 
 
-def credits(record):
-    body = []
-    for entry in record["inputs"]:
-        if "light" in entry or ("title" in entry and entry["frame"].endswith("camera 0")):
-            name = entry.get("light") or entry["frame"].partition(",")[0]
-            cells = [entry.get(key) or "–" for key in ("title", "author", "licence", "origin")]
-            body.append([name, *cells, f"`{entry['sha256'][:12]}…`"])
-    return table(["", "title", "author", "licence", "from", "SHA-256"], body) if body else "None."
-
-
-def pictures(record):
-    names = [e["path"] for e in record["outputs"] if e["path"] not in ("methods.png", "steps.png")]
-    return "\n\n".join(f"![{name.removesuffix('.png')}](../references/specular/{name})" for name in names)
-
-
 def section(record):
     numbers, config = record["numbers"], record["config"]
     frames, files = numbers["frames"], [e for e in record["inputs"] if "light" in e]
@@ -199,7 +184,7 @@ against traced light: the lobe of a probe, with normal and view along its axis, 
 {left_out}
 ## Pictures
 
-{pictures(record)}
+{pictures(record, "specular", ("methods.png", "steps.png"))}
 
 ## Maps and scenes of others
 

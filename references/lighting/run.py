@@ -23,7 +23,7 @@ from gtao.workflows.outputs import save_figures
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent))
-from sources import credited, described, kept_pictures, rounded  # noqa: E402
+from sources import credited, described, kept_pictures, measured, rounded  # noqa: E402
 
 FULL = HERE.parents[1] / "out" / "lighting"
 
@@ -62,24 +62,10 @@ def ordered(means):
 
 def measure(options, found):
     """Run the comparison into the directory for everything."""
-    settings = {"scenes": gtao.render.scenes.names("procedural"), "resolution": RESOLUTION, "spp": SPP}
+    settings = {"scenes": gtao.render.scenes.names("procedural"), "resolution": RESOLUTION, "spp": SPP, "seed": SEED}
     settings |= QUICK if options.quick else {}
-    config = gtao.workflows.CompareLightingConfig(
-        **settings | {"scenes": (*settings["scenes"], *(source for source, _, _ in found.values()))},
-        environments=(*gtao.workflows.LIGHTS, *map(str, options.maps)),
-        radius={name: radius for name, (_, radius, _) in found.items()} or None,
-        up={name: up for name, (_, _, up) in found.items()} or None,
-        turn=TURN,
-        all_sensors=True,
-        seed=SEED,
-    )
-
-    def progress(task, done, total):
-        if task == "scenes":
-            print(f"{done} of {total} scenes", file=sys.stderr, flush=True)
-
-    outcome = gtao.workflows.compare_lighting(config, options.full, progress=progress)
-    print(outcome.summary())
+    study, lights = gtao.workflows.compare_lighting, gtao.workflows.LIGHTS
+    measured(study, gtao.workflows.CompareLightingConfig, settings, lights, found, options, TURN)
 
 
 def kept(full, credits):

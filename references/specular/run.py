@@ -24,7 +24,7 @@ from gtao.workflows.standings import mean, ranked
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent))
-from sources import credited, described, kept_pictures, rounded  # noqa: E402
+from sources import credited, described, kept_pictures, measured, rounded  # noqa: E402
 
 FULL = HERE.parents[1] / "out" / "specular"
 
@@ -57,23 +57,9 @@ PICTURES = (
 def measure(options, found):
     """Run the comparison into the directory for everything."""
     settings = {"scenes": gtao.render.scenes.names("procedural"), "resolution": RESOLUTION, "spp": SPP}
-    settings |= {"lit_spp": LIT_SPP} | (QUICK if options.quick else {})
-    config = gtao.workflows.CompareSpecularConfig(
-        **settings | {"scenes": (*settings["scenes"], *(source for source, _, _ in found.values()))},
-        environments=(*gtao.workflows.SPECULAR_LIGHTS, *map(str, options.maps)),
-        radius={name: radius for name, (_, radius, _) in found.items()} or None,
-        up={name: up for name, (_, _, up) in found.items()} or None,
-        turn=TURN,
-        all_sensors=True,
-        seed=SEED,
-    )
-
-    def progress(task, done, total):
-        if task == "scenes":
-            print(f"{done} of {total} scenes", file=sys.stderr, flush=True)
-
-    outcome = gtao.workflows.compare_specular(config, options.full, progress=progress)
-    print(outcome.summary())
+    settings |= {"lit_spp": LIT_SPP, "seed": SEED} | (QUICK if options.quick else {})
+    study, lights = gtao.workflows.compare_specular, gtao.workflows.SPECULAR_LIGHTS
+    measured(study, gtao.workflows.CompareSpecularConfig, settings, lights, found, options, TURN)
 
 
 def scopes(inputs):
