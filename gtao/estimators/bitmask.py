@@ -21,9 +21,10 @@ from gtao.kernels import noise
 from gtao.kernels.accumulators import Sectors
 
 from .attached import attached_numbers
-from .marching import march_frame, opaque
+from .job import Job
+from .marching import march_job, opaque
 
-__all__ = ["bitmask_visibility"]
+__all__ = ["bitmask_job"]
 
 _MODELS: dict[type, str] = {
     type(None): "solid",
@@ -34,8 +35,8 @@ _MODELS: dict[type, str] = {
 }
 
 
-def bitmask_visibility(g: GBuffer, method: VisibilityBitmask, frame_index: int, max_pixels: int | None):
-    """What the march of :class:`gtao.VisibilityBitmask` gives.
+def bitmask_job(g: GBuffer, method: VisibilityBitmask, frame_index: int) -> Job:
+    """The march of :class:`gtao.VisibilityBitmask`.
 
     Raises:
         ConfigError: gradients are asked for, which counting has none, or the measured thickness of a frame without
@@ -69,7 +70,7 @@ def bitmask_visibility(g: GBuffer, method: VisibilityBitmask, frame_index: int, 
         size=(camera.width, camera.height),
         types=g.types,
     )
-    return march_frame(g, method, accumulator, radius, frame_index, max_pixels)
+    return march_job(g, method, accumulator, radius, frame_index)
 
 
 def _cut(method: VisibilityBitmask, radius: Any) -> str:

@@ -6,13 +6,14 @@ from gtao.config import HBAO, plain
 from gtao.gbuffer import GBuffer
 from gtao.kernels.accumulators import TangentToHorizon
 
-from .marching import march_frame, opaque
+from .job import Job
+from .marching import march_job, opaque
 
-__all__ = ["hbao_visibility"]
+__all__ = ["hbao_job"]
 
 
-def hbao_visibility(g: GBuffer, method: HBAO, frame_index: int, max_pixels: int | None):
-    """The flat visibility of :class:`gtao.HBAO`."""
+def hbao_job(g: GBuffer, method: HBAO, frame_index: int) -> Job:
+    """The march of :class:`gtao.HBAO`."""
     radius = method.search_radius
     limited = not math.isinf(plain(radius))
     accumulator = TangentToHorizon(
@@ -21,4 +22,4 @@ def hbao_visibility(g: GBuffer, method: HBAO, frame_index: int, max_pixels: int 
         radius2=opaque(g, radius * radius),
         rcp_radius=opaque(g, 1 / radius),
     )
-    return march_frame(g, method, accumulator, radius, frame_index, max_pixels)
+    return march_job(g, method, accumulator, radius, frame_index)

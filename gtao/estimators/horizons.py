@@ -18,14 +18,15 @@ from gtao.gbuffer import GBuffer
 from gtao.kernels.accumulators import Horizon, SphereCut
 
 from .attached import attached_numbers, is_attached
-from .marching import march_frame, opaque
+from .job import Job
+from .marching import march_job, opaque
 from .soft import softened
 
-__all__ = ["horizon_visibility"]
+__all__ = ["horizon_job"]
 
 
-def horizon_visibility(g: GBuffer, method: GTAO, frame_index: int, max_pixels: int | None):
-    """What the march of :class:`gtao.GTAO` gives.
+def horizon_job(g: GBuffer, method: GTAO, frame_index: int) -> Job:
+    """The march of :class:`gtao.GTAO`.
 
     Raises:
         ConfigError: gradients are asked for beside a baseline that has none.
@@ -40,7 +41,7 @@ def horizon_visibility(g: GBuffer, method: GTAO, frame_index: int, max_pixels: i
     accumulator = _sphere_cut(g, method, radius) if exact else _horizon(g, method)
     if method.soft_horizon is not None:
         accumulator = softened(accumulator, opaque(g, method.soft_horizon))
-    return march_frame(g, method, accumulator, radius, frame_index, max_pixels)
+    return march_job(g, method, accumulator, radius, frame_index)
 
 
 def _moments(method: GTAO) -> dict[str, Any]:

@@ -11,12 +11,11 @@ from gtao.kernels import noise, pyramid
 from gtao.kernels.march_types import Scalars, Switches
 from gtao.tensors import scalar
 
-from .adjoint import estimate
 from .attached import is_attached
 from .job import Job
 from .without_derivative import refuse_what_has_no_derivative
 
-__all__ = ["march_frame", "opaque"]
+__all__ = ["march_job", "opaque"]
 
 #: A search limited to a share of the frame is limited to this many pixels at least.
 SHORTEST_SHARE_PX = 16.0
@@ -117,13 +116,12 @@ def _near_and_far(method: Any) -> tuple[float, float]:
     return pyramid.RANGE_FACTOR * start, pyramid.RANGE_FACTOR * end
 
 
-def march_frame(g: GBuffer, method: Any, accumulator: Any, radius: Any, frame_index: int, max_pixels: int | None):
-    """The mean over slices of what ``accumulator`` makes of each, flat; see :class:`gtao.kernels.march.March`.
+def march_job(g: GBuffer, method: Any, accumulator: Any, radius: Any, frame_index: int) -> Job:
+    """What gives the mean over slices of what ``accumulator`` makes of each; see :class:`gtao.kernels.march.March`.
 
     Args:
         method: a configuration derived from :class:`gtao.config.SliceMethod`.
         radius: how far the search reaches in scene units; ``inf`` for as far as the frame.
-        max_pixels: largest number of pixels to estimate at once; None for all.
 
     Raises:
         ConfigError: gradients are asked for an option that has none, or through more steps per side than can be
@@ -140,4 +138,4 @@ def march_frame(g: GBuffer, method: Any, accumulator: Any, radius: Any, frame_in
         field = abs(field) if switches.fetch == "bilinear" else field
     normal, unit = g.normals_to_be_normalised()
     scalars = _scalars(g, method, radius, frame_index)
-    return estimate(Job(g.view_z.array, normal, unit, field, accumulator, switches, scalars, g.types), max_pixels)
+    return Job(g.view_z.array, normal, unit, field, accumulator, switches, scalars, g.types)

@@ -12,22 +12,25 @@ from gtao.gbuffer import GBuffer
 from gtao.planes import Planes
 from gtao.results import AmbientOcclusion
 
-from .bitmask import bitmask_visibility
+from .adjoint import estimate
+from .bitmask import bitmask_job
 from .estimate import check_frame_index
-from .hbao import hbao_visibility
+from .hbao import hbao_job
 from .heightfield import horizon_truth, march_truth
-from .horizons import horizon_visibility
+from .horizons import horizon_job
+from .job import Job
 from .shaped import is_shaped, shaped
 
-__all__ = ["ambient_occlusion"]
+__all__ = ["JOBS", "ambient_occlusion"]
 
-# What makes the flat visibility of each method, and the directions it was asked for; of Monte Carlo methods with the
-# variance of the visibility.
-_METHODS: dict[type, Callable[..., Any]] = {
-    GTAO: horizon_visibility,
-    HBAO: hbao_visibility,
-    VisibilityBitmask: bitmask_visibility,
+#: The march of each method that has slices: from a frame, a configuration and the number of the frame.
+JOBS: dict[type, Callable[[GBuffer, Any, int], Job]] = {
+    GTAO: horizon_job,
+    HBAO: hbao_job,
+    VisibilityBitmask: bitmask_job,
 }
+# What makes the flat visibility of each other method, and the directions it was asked for; of Monte Carlo methods with
+# the variance of the visibility.
 _TRUTHS: dict[type, Callable[..., Any]] = {HeightfieldHorizon: horizon_truth}
 _MONTE_CARLO: dict[type, Callable[..., tuple[Any, Any]]] = {HeightfieldRayMarch: march_truth}
 
@@ -65,7 +68,7 @@ def ambient_occlusion(
             through more samples than can be unrolled.
     """
     method = GTAO() if method is None else method
-    kinds = _METHODS | _TRUTHS | _MONTE_CARLO
+    kinds = JOBS | _TRUTHS | _MONTE_CARLO
     if type(method) not in kinds:
         choices = ", ".join(f"gtao.{kind.__name__}" for kind in kinds)
         raise ConfigError(f"method must be one of {choices}, got {type(method).__name__}")
@@ -74,7 +77,7 @@ def ambient_occlusion(
     check_frame_index(frame_index)
     if max_pixels is not None and (isinstance(max_pixels, bool) or not isinstance(max_pixels, int) or max_pixels < 1):
         raise ConfigError(f"max_pixels must be a positive integer or None, got {max_pixels!r}")
-    if max_pixels is not None and type(method) not in _METHODS:
+    if max_pixels is not None and type(method) not in JOBS:
         raise ConfigError(f"{type(method).__name__} estimates whole frames: leave max_pixels out")
     variance = None
     if type(method) in _MONTE_CARLO:
@@ -83,7 +86,7 @@ def ambient_occlusion(
     elif type(method) in _TRUTHS:
         flat, *directions = _TRUTHS[type(method)](g, method, frame_index)
     else:
-        flat, *directions = _METHODS[type(method)](g, method, frame_index, max_pixels)
+        flat, *directions = estimate(JOBS[type(method)](g, method, frame_index), max_pixels)
     mean_direction, visibility_sh = _directions(flat, directions, g, method)
     unshaped = None
     if is_shaped(method):

@@ -3,10 +3,12 @@
 What a method makes of the samples is an accumulator (:mod:`gtao.kernels.accumulators`), with three functions:
 ``begin(sl)`` gives the state of a slice, ``add(state, side, sample, sl)`` the state after one more sample of side 0
 (toward -T) or 1 (toward +T), samples coming outward; ``finish(state, sl)`` the slice's values: its share of visibility,
-with ``order`` 1 the two first moments of the visible directions, with ``order`` 2 two second ones as well. One whose
-``add`` is long names the steps worth unrolling in ``max_unrolled``. One whose slice values only depend on the samples
-that attain extrema names their number per side in ``n_extrema`` and gives the extrema so far by
-``extrema(state, side)``; such a march can be searched without gradients and replayed with them
+with ``order`` 1 the two first moments of the visible directions, with ``order`` 2 two second ones as well. What a state
+amounts to is ``ends(state, sl)``, the cosines (upper, lower) between which each side is blocked, or, where sectors are
+closed, ``closed(state, sl)``, their masks. One whose ``add`` is long names the steps worth unrolling in
+``max_unrolled``. One whose slice values only depend on the samples that attain extrema names their number per side in
+``n_extrema`` and gives the extrema so far by ``extrema(state, side)``; such a march can be searched without gradients
+and replayed with them
 (:mod:`gtao.kernels.winners`).
 
 Slices run in a symbolic loop that carries the direction and turns it by a constant angle, steps are unrolled inside:
@@ -128,7 +130,7 @@ class March:
             azimuth: cosine, sine and step offset of the slice, see :meth:`first_azimuth`.
         """
         numbers = Packing(self.k.n_steps, accumulator.n_extrema).unpack(words)
-        sl = self._slice(i, *azimuth)
+        sl = self.slice(i, *azimuth)
         return self._share(self._directed(self._replayed(accumulator, sl, numbers), sl))
 
     def through(self, accumulator, i, azimuth):
@@ -137,12 +139,12 @@ class March:
 
     def _summands(self, accumulator, i, c, q, off):
         """What slice ``i`` adds to the sums of :mod:`gtao.kernels.directions`."""
-        sl = self._slice(i, c, q, off)
+        sl = self.slice(i, c, q, off)
         return self._directed(self._value(accumulator, sl), sl)
 
     def tracked(self, tracked, i, c, q, off):
         """What slice ``i`` adds to the sums, and the packed numbers of its winning steps."""
-        sl = self._slice(i, c, q, off)
+        sl = self.slice(i, c, q, off)
         values, words = self._value(tracked, sl)
         return self._directed(values, sl), words
 
@@ -182,7 +184,7 @@ class March:
             off = noise.frac(off + noise.GOLDEN)
         return dr.fma(c, turn_c, -q * turn_q), dr.fma(c, turn_q, q * turn_c), off
 
-    def _slice(self, i, c, q, off) -> Slice:
+    def slice(self, i, c, q, off) -> Slice:
         """Slice ``i`` at azimuth (cos, sin) = (c, q), unless azimuths are listed."""
         k, s, pixel = self.k, self.s, self.pixel
         if k.slice_angles is not None:

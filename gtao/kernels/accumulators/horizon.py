@@ -118,11 +118,14 @@ class Horizon:
         sine = dr.sin(arcs.normal_angle(sl.nV, sl.nT, self.arccosine))
         return sine, -sine
 
-    def finish(self, state, sl):
-        seen = []
+    def ends(self, state, sl):
+        sides = []
         for c, start, inside in zip(state, self._tangent(sl), sl.inside, strict=True):
             if self._clamped and self.arccosine == "exact":
                 c = dr.select(c > start, c, start)
-            seen.append(dr.select(inside, c, start))
-        values = slice_values(self, sl, seen, clamped=self._clamped)
+            sides.append((dr.select(inside, c, start), start))
+        return tuple(sides)
+
+    def finish(self, state, sl):
+        values = slice_values(self, sl, [upper for upper, _ in self.ends(state, sl)], clamped=self._clamped)
         return blended_length(values, sl, self.blend) if self.blended else values

@@ -75,29 +75,47 @@ class Sectors:
 
     def add(self, state, side, sample, sl):
         constants, weight, xi, sides = state
-        masks, (z, image, matter) = sides[side]
-        amount = self.amount
-        if self.thickness == "continuity":
-            amount = dr.select(abs(sample.z - z) < self.gap, amount, self.isolated)
-        bodies = tuple(self._bodies(sample, sl, amount))
-        for k, body in enumerate(bodies):
-            arc = self._joined(body, matter[k], sample, image) if self.linked else body[:2]
+        masks, _ = sides[side]
+        bodies = self._seen(state, side, sample, sl)
+        for arc in self.arcs(state, side, sample, sl, bodies):
             front, back = (self._position(constants, sl, side, c) for c in arc)
             closed = bitmask.sectors(front, back, side, xi, self.n_sectors, self.rounding)
             masks = tuple(a | b for a, b in zip(masks, closed, strict=True))
         mine = masks, self._before(sample.z, (sample.X, sample.Y), bodies)
         return constants, weight, xi, with_side(sides, side, mine)
 
+    def arcs(self, state, side, sample, sl, bodies=None):
+        """Cosines (front, back) of the arcs that a sample closes, one for each of its layers."""
+        _, _, _, sides = state
+        _, (_, image, matter) = sides[side]
+        bodies = self._seen(state, side, sample, sl) if bodies is None else bodies
+        if not self.linked:
+            return tuple(body[:2] for body in bodies)
+        return tuple(self._joined(body, before, sample, image) for body, before in zip(bodies, matter, strict=True))
+
+    def _seen(self, state, side, sample, sl):
+        """What :meth:`_bodies` finds in a sample after those before it."""
+        amount = self.amount
+        if self.thickness == "continuity":
+            _, _, _, sides = state
+            _, (z, _, _) = sides[side]
+            amount = dr.select(abs(sample.z - z) < self.gap, amount, self.isolated)
+        return tuple(self._bodies(sample, sl, amount))
+
     def _position(self, constants, sl, side, c):
         if self.arccosine == "exact":
             return bitmask.position(self.mapping, constants, sl.start[side], side, c)
         return bitmask.approximate_position(constants, side, c, self.arccosine)
 
-    def finish(self, state, sl):
-        constants, weight, _, sides = state
+    def closed(self, state, sl):
+        """Masks of the sectors that both sides close together."""
         none = self.types.UInt(0)
-        words = zip(*(masks for masks, _ in sides), strict=True)
-        closed = [dr.select(sl.inside[0], a, none) | dr.select(sl.inside[1], b, none) for a, b in words]
+        words = zip(*(masks for masks, _ in state[3]), strict=True)
+        return [dr.select(sl.inside[0], a, none) | dr.select(sl.inside[1], b, none) for a, b in words]
+
+    def finish(self, state, sl):
+        constants, weight, _, _ = state
+        closed = self.closed(state, sl)
         share = weight * bitmask.visible_share(closed, self.n_sectors, self.types.Float)
         if not self.order:
             return (share,)

@@ -43,7 +43,7 @@ class _Soft:
         old, new = dr.exp((highest - top) * rcp), dr.exp((rise - top) * rcp)
         return top, dr.fma(weights, old, new), dr.fma(weighted, old, rise * new)
 
-    def finish(self, state, sl):
+    def ends(self, state, sl):
         inner, sums = state
         none = super().begin(sl)
         for side, (_, weights, weighted) in enumerate(sums):
@@ -51,7 +51,7 @@ class _Soft:
             upper = start + weighted / weights
             mine = (upper, *self.extrema(inner, side)[1:]) if others else upper
             inner = with_side(inner, side, mine)
-        return super().finish(inner, sl)
+        return super().ends(inner, sl)
 
 
 @dataclass(frozen=True)

@@ -54,9 +54,11 @@ class SphereCut:
         mine = dr.select(upper < c, c, upper), dr.select(rises, end, lower)
         return with_side(state, side, mine)
 
+    def ends(self, state, sl):
+        return tuple(self._seen(*of_side) for of_side in zip(state, sl.start, sl.inside, strict=True))
+
     def finish(self, state, sl):
-        seen = (self._seen(*of_side) for of_side in zip(state, sl.start, sl.inside, strict=True))
-        upper, lower = zip(*seen, strict=True)
+        upper, lower = zip(*self.ends(state, sl), strict=True)
         values = slice_values(self, sl, upper, lower, sl.start)
         return blended_length(values, sl, self.blend) if self.blended else values
 

@@ -48,6 +48,10 @@ class TangentToHorizon:
         mine = grow(c, w, *state[side])
         return with_side(state, side, mine)
 
+    def ends(self, state, sl):
+        sides = zip(state, sl.start, sl.inside, strict=True)
+        return tuple((dr.select(inside, h, t), t) for (h, _), t, inside in sides)
+
     def finish(self, state, sl):
         total = 0
         for (h, blocked), t, inside in zip(state, sl.start, sl.inside, strict=True):
