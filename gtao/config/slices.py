@@ -38,7 +38,18 @@ StepLaw = Literal["strata", "offset", "at_least", "whole", "beyond"]
 StepJitter = Literal["slice", "step", "pixel", "none"]
 Border = Literal["shorten", "replicate", "clamp"]
 Arccosine = Literal["exact", "two_term", "bit_trick"]
-Noise = Literal["none", "spatial_4x4", "interleaved_gradient", "interleaved_gradient_cycled", "hilbert_r2", "white"]
+Noise = Literal[
+    "none",
+    "spatial_4x4",
+    "spatial_4x4_unbracketed",
+    "spatial_4x4_fine",
+    "interleaved_gradient",
+    "interleaved_gradient_cycled",
+    "hilbert_r2",
+    "blue_noise",
+    "sobol",
+    "white",
+]
 Zenith = Literal["view", "optical_axis"]
 
 #: Listed azimuths are chosen from one after the other, which is fit for short lists.
@@ -82,10 +93,13 @@ class SliceMethod:
         border: where a search would leave the frame, "shorten" it; "replicate" the depth of the nearest texel beyond
             the border; or "clamp" sample positions to two texels inside.
         noise: per-pixel rotation of slices and offset of steps: "none", "spatial_4x4" (the papers', 16 directions and
-            4 offsets per 4×4 pixels), "interleaved_gradient" (which moves from frame to frame), the same with the
-            papers' rotations and offsets per frame ("interleaved_gradient_cycled"), "hilbert_r2" (a low-discrepancy
-            sequence along a Hilbert curve), or "white".
-        seed: selects the sequence of the "white" noise.
+            4 offsets per 4×4 pixels, 48 and 4 over 24 frames), the same formula as printed, which has 4 directions
+            ("spatial_4x4_unbracketed"), the same in space with the 96 directions and 16 offsets over 24 frames that
+            the slides count ("spatial_4x4_fine"), "interleaved_gradient" (which moves from frame to frame), the same
+            with the papers' rotations and offsets per frame ("interleaved_gradient_cycled"), "hilbert_r2" (a
+            low-discrepancy sequence along a Hilbert curve), "blue_noise" (a mask by void and cluster, moved from frame
+            to frame), "sobol" (the frame's number of a scrambled Sobol sequence in every pixel), or "white".
+        seed: selects one of the sequences of the "white" and "sobol" noise, and where the "blue_noise" mask begins.
         pyramid: coarser depth for far samples, with the fetches "nearest", "floor" and "bilinear".
         depth_bias: share of its depth by which the shaded point is pulled to the viewer, against self-occlusion.
     """

@@ -50,7 +50,7 @@ def bitmask_job(g: GBuffer, method: VisibilityBitmask, frame_index: int) -> Job:
     radius = min(method.search_radius, getattr(method.falloff, "end", math.inf))
     thickness, camera = method.thickness, g.camera
     amount = next((getattr(thickness, n) for n in ("thickness", "slope", "continuing") if hasattr(thickness, n)), 0.0)
-    _, _, key = noise.frame_terms(method.noise, frame_index, method.seed)
+    key = noise.frame_terms(method.noise, frame_index, method.seed).key
     accumulator = Sectors(
         mapping=method.weighting,
         order=2 if method.directional else 1 if method.bent_normal else 0,

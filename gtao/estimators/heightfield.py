@@ -85,7 +85,7 @@ def _arguments(g: GBuffer, method: Any, switches: Any, frame_index: int):
         "fy": camera.fy,
         "radius": method.radius,
     }
-    _, _, key = noise.frame_terms("white", frame_index, method.seed)
+    key = noise.frame_terms("white", frame_index, method.seed).key
     view = View(**{name: opaque(g, value) for name, value in values.items()}, key=dr.opaque(T.UInt, key))
     n = g.normal_arrays()
     return g.view_z.array, cells, (n.x, n.y, n.z), switches, view, T

@@ -13,6 +13,7 @@ from gtao.tensors import scalar
 
 from .attached import is_attached
 from .job import Job
+from .noise_masks import mask_words
 from .without_derivative import refuse_what_has_no_derivative
 
 __all__ = ["march_job", "opaque"]
@@ -85,7 +86,8 @@ def _square_pixels(camera: Any) -> bool:
 
 def _scalars(g: GBuffer, method: SliceMethod, radius: Any, frame_index: int) -> Scalars:
     camera, T = g.camera, g.types
-    rotation, offset, key = noise.frame_terms(method.noise, frame_index, method.seed)
+    terms = noise.frame_terms(method.noise, frame_index, method.seed)
+    integers = {name: getattr(terms, name) for name in ("key", "seed", "frame") if getattr(terms, name) is not None}
     values = {
         "ax": 1 / camera.fx,
         "bx": (0.5 - camera.cx) / camera.fx,
@@ -99,10 +101,14 @@ def _scalars(g: GBuffer, method: SliceMethod, radius: Any, frame_index: int) -> 
         "max_radius_px": _longest_px(g, method),
         "level_scale": 1.0 if method.pyramid is None else 2 ** (0.5 - method.pyramid.level_offset),
         "pull": 1 - method.depth_bias,
-        "frame_rotation": rotation,
-        "frame_offset": offset,
+        "frame_rotation": terms.frame_rotation,
+        "frame_offset": terms.frame_offset,
     }
-    return Scalars(**{name: opaque(g, value) for name, value in values.items()}, key=dr.opaque(T.UInt, key))
+    return Scalars(
+        **{name: opaque(g, value) for name, value in values.items()},
+        **{name: dr.opaque(T.UInt, value) for name, value in integers.items()},
+        mask=mask_words(T.UInt) if method.noise in noise.MASKED else None,
+    )
 
 
 def _near_and_far(method: Any) -> tuple[float, float]:

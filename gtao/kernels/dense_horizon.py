@@ -65,7 +65,7 @@ def visibility(view_z, cells, normal, k: Switches, view, types):
     point = (x, y, X, Y, z, lean)
     nV = dr.fma(normal[0], V[0], dr.fma(normal[1], V[1], normal[2] * V[2]))
     b1, b2 = basis(V)
-    rotation, jitter = noise.pattern("white", xi, yi, 0, 0, view.key, Float)
+    rotation, jitter = noise.pattern("white", xi, yi, view, Float)
 
     cosine = k.weighting == "cosine"
     n_moments = 5 if k.directions else 1

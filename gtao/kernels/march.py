@@ -93,7 +93,7 @@ class March:
             z = z * s.pull
         pixel, bent, facing = shaded_point(x, y, z, normal, k, s, Float)
         slice_frame = slices.frame(k.slice_measure, pixel.V, bent, pixel.nV)
-        rotation, offset = noise.pattern(k.noise, xi, yi, s.frame_rotation, s.frame_offset, s.key, Float)
+        rotation, offset = noise.pattern(k.noise, xi, yi, s, Float)
         extent = None if k.unlimited else reach.sphere_extent(k, s.radius, z, pixel.p)
         return cls(
             Sampler(field, pixel, k, s, types),

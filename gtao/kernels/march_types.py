@@ -57,7 +57,7 @@ class Switches:
 
 @dataclass(frozen=True)
 class Scalars:
-    """Kernel inputs of width one, opaque to the compiler."""
+    """Kernel inputs of width one, opaque to the compiler, and the mask of noise where there is one."""
 
     ax: Any  # image-plane coordinate of texel column i: ax i + bx
     bx: Any
@@ -74,6 +74,9 @@ class Scalars:
     frame_rotation: Any
     frame_offset: Any
     key: Any
+    seed: Any = None  # of noise; None like the next two where the pattern has no use for it
+    frame: Any = None
+    mask: Any = None  # see :mod:`gtao.kernels.noise_mask`
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,8 @@ from oracles import bitmask_oracle, golden, slice_oracle
 
 import drjit as dr  # isort: skip
 
+from _noise_terms import noise_terms
+
 from gtao.kernels import arcs, bitmask, noise, slices
 from gtao.kernels.visible_arc import visible_arc
 
@@ -195,8 +197,8 @@ def test_jitter_is_independent_of_the_noise_of_slices_and_steps(precision):
     y, x = np.divmod(np.arange(128 * 128), 128)
     xi = np.array(bitmask.jitter(precision.lanes(x), precision.lanes(y), UInt(0), UInt(7)))
     for name in noise.PATTERNS:
-        terms = noise.frame_terms(name, 0, 0)[:2]
-        for values in noise.pattern(name, UInt(x.astype(np.uint32)), UInt(y.astype(np.uint32)), *terms, UInt(7), Float):
+        terms = noise_terms(name, 0, 0, UInt)
+        for values in noise.pattern(name, UInt(x.astype(np.uint32)), UInt(y.astype(np.uint32)), terms, Float):
             values = np.array(values)
             if values.std() > 0:
                 assert abs(np.corrcoef(values, xi)[0, 1]) < 4.5 / 128
