@@ -38,9 +38,10 @@ class Denoising:
     spatial: Any
     validate: bool
 
-    def __call__(self, visibility: Any, view_z: Any, normal_v: Any) -> Any:
+    def __call__(self, visibility: Any, view_z: Any, normal_v: Any, frame_index: int) -> Any:
         g = gtao.GBuffer(view_z, normal_v, self.camera, validate=self.validate)
-        return gtao.denoise(gtao.AmbientOcclusion(visibility=visibility), g, self.spatial).visibility
+        ao = gtao.AmbientOcclusion(visibility=visibility)
+        return gtao.denoise(ao, g, self.spatial, frame_index=frame_index).visibility
 
 
 @dataclass(frozen=True)

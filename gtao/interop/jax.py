@@ -81,7 +81,6 @@ def ambient_occlusion(
         parameters: values that replace options of ``method`` or numbers of ``camera`` and may be differentiated: arrays
             without dimensions by name, such as ``"radius"``, ``"falloff.end"``, ``"camera.fx"``.
         frame_index: position in the temporal noise sequence, at least 0; may be traced.
-
         validate: as of :class:`gtao.GBuffer`: False saves training loops a look at every value.
 
     Returns:
@@ -96,7 +95,14 @@ def ambient_occlusion(
 
 
 def denoise(
-    visibility: Any, view_z: Any, normal_v: Any, camera: Any, spatial: Any, *, validate: bool = True
+    visibility: Any,
+    view_z: Any,
+    normal_v: Any,
+    camera: Any,
+    spatial: Any,
+    *,
+    frame_index: Any = 0,
+    validate: bool = True,
 ) -> jax.Array:
     """Visibility filtered in the image; see :func:`gtao.denoise`.
 
@@ -104,6 +110,7 @@ def denoise(
         visibility: (H, W), from :func:`ambient_occlusion`.
         view_z, normal_v, camera: the frame that it was estimated from.
         spatial: a :class:`gtao.EdgeAwareFilter`, :class:`gtao.SpatialFilter` or :class:`gtao.PlaneAwareFilter`.
+        frame_index: as of :func:`gtao.denoise`; may be traced.
         validate: as of :class:`gtao.GBuffer`.
 
     Returns:
@@ -112,7 +119,7 @@ def denoise(
     Raises:
         ShapeError, ConfigError: as :func:`wrap` does.
     """
-    return wrap(Denoising(camera, spatial, validate))(visibility, view_z, normal_v)
+    return wrap(Denoising(camera, spatial, validate))(visibility, view_z, normal_v, jnp.asarray(frame_index))
 
 
 def multibounce(visibility: Any, albedo: Any, fit: MultibounceFit = JIMENEZ2016) -> jax.Array:

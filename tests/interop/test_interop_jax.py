@@ -127,6 +127,19 @@ def test_coefficients_are_differentiated_through_a_function_of_ones_own():
     reverse_check(lambda *numbers: wrapped(VISIBILITY, ALBEDO, *numbers), *gtao.JIMENEZ2016.coefficients)
 
 
+def test_even_footprints_change_sides_from_frame_to_frame():
+    g = gtao.GBuffer(DEPTH, NORMALS, CAMERA)
+    images = []
+    for k in range(2):
+        filtered = gj.denoise(VISIBILITY, DEPTH, NORMALS, CAMERA, gtao.SpatialFilter(), frame_index=k)
+        expected = gtao.denoise(
+            gtao.AmbientOcclusion(visibility=g.types.Tensor(VISIBILITY)), g, gtao.SpatialFilter(), frame_index=k
+        )
+        images.append(np.asarray(filtered))
+        np.testing.assert_array_equal(images[-1], expected.visibility.numpy())
+    assert (images[0] != images[1]).any()
+
+
 @pytest.mark.parametrize("spatial", [gtao.SpatialFilter(), gtao.PlaneAwareFilter()], ids=lambda f: type(f).__name__)
 def test_gradients_of_filters_are_those_of_differences(spatial):
     nearest = np.where(np.isinf(DEPTH), 4.0, DEPTH)

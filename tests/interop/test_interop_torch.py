@@ -25,7 +25,8 @@ import gtao
 
 torch = pytest.importorskip("torch", reason="PyTorch is not installed: pip install 'gtao[torch]'")
 
-from gtao.interop import torch as gt  # noqa: E402  (skips come first)
+from gtao.interop import _torch_autograd  # noqa: E402  (skips come first)
+from gtao.interop import torch as gt
 
 # PyTorch's forward mode still compiles some of its own derivatives in the way that it calls deprecated.
 pytestmark = pytest.mark.filterwarnings("ignore:`torch.jit.script` is deprecated:DeprecationWarning")
@@ -146,6 +147,21 @@ def test_coefficients_are_differentiated_through_a_function_of_ones_own():
     assert gradcheck(gt.wrap(visibility), fixed(VISIBILITY), fixed(ALBEDO), *numbers)
 
 
+def test_even_footprints_change_sides_from_frame_to_frame():
+    g = gtao.GBuffer(DEPTH, NORMALS, CAMERA)
+    images = []
+    for k in range(2):
+        filtered = gt.denoise(
+            fixed(VISIBILITY), fixed(DEPTH), fixed(NORMALS), CAMERA, gtao.SpatialFilter(), frame_index=k
+        )
+        expected = gtao.denoise(
+            gtao.AmbientOcclusion(visibility=g.types.Tensor(VISIBILITY)), g, gtao.SpatialFilter(), frame_index=k
+        )
+        images.append(np.asarray(filtered))
+        np.testing.assert_array_equal(images[-1], expected.visibility.numpy())
+    assert (images[0] != images[1]).any()
+
+
 @pytest.mark.parametrize("spatial", [gtao.SpatialFilter(), gtao.PlaneAwareFilter()], ids=lambda f: type(f).__name__)
 def test_gradients_of_filters_are_those_of_differences(spatial):
     def filtered(v, z, directions):
@@ -164,12 +180,12 @@ def test_what_has_no_derivative_says_so_only_where_it_is_asked_for():
 def test_only_what_needs_gradients_is_attached(monkeypatch):
     attached = []
 
-    class Watched(gt.Call):
+    class Watched(_torch_autograd.Call):
         def __init__(self, function, arguments, wanted):
             attached.append(list(wanted))
             super().__init__(function, arguments, wanted)
 
-    monkeypatch.setattr(gt, "Call", Watched)
+    monkeypatch.setattr(_torch_autograd, "Call", Watched)
     z, n = frame()
     assert gt.ambient_occlusion(z, n.detach(), CAMERA, METHOD).requires_grad
     with torch.no_grad():
