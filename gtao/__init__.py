@@ -44,6 +44,7 @@ from .config import (
     SampleCut,
     SliceMoments,
     SpatialFilter,
+    TemporalFilter,
     TripleProduct,
     VisibilityAsSpecular,
     VisibilityBitmask,
@@ -77,6 +78,7 @@ from .estimators import (
     value_and_gradient,
 )
 from .gbuffer import GBuffer
+from .history import History
 from .layers import DepthLayers
 from .results import AmbientOcclusion
 
@@ -107,6 +109,7 @@ __all__ = [
     "GtaoError",
     "HeightfieldHorizon",
     "HeightfieldRayMarch",
+    "History",
     "ImageError",
     "IndexFalloff",
     "Lagarde2014",
@@ -129,6 +132,7 @@ __all__ = [
     "ShapeError",
     "SliceMoments",
     "SpatialFilter",
+    "TemporalFilter",
     "TripleProduct",
     "ValueAndGradient",
     "VisibilityAsSpecular",

@@ -29,6 +29,7 @@ from .pipeline import Pipeline
 from .pyramid import DepthPyramid
 from .slices import SliceMethod
 from .specular import ConeBRDF, ConeCone, ConeLobe, ConeTable, Lagarde2014, VisibilityAsSpecular
+from .temporal import TemporalFilter
 from .thickness import (
     ConstantThickness,
     ContinuityThickness,
@@ -74,6 +75,7 @@ __all__ = [
     "SliceMethod",
     "SliceMoments",
     "SpatialFilter",
+    "TemporalFilter",
     "TripleProduct",
     "VisibilityAsSpecular",
     "VisibilityBitmask",
@@ -89,6 +91,7 @@ register(GTAO, HBAO, VisibilityBitmask, HeightfieldRayMarch, HeightfieldHorizon,
 register(LinearFalloff, QuadraticFalloff, IndexFalloff, SampleCut, NoCut)
 register(RunningThickness, DepthCut, ConstantThickness, ContinuityThickness, LinearThickness, MeasuredThickness)
 register(EdgeAwareFilter, SpatialFilter, PlaneAwareFilter)
+register(TemporalFilter)
 register(DepthPyramid)
 register(SliceMoments, MomentZH, ConeSH, ClippedCone, TripleProduct, BentNormalIrradiance, OcclusionTimesIrradiance)
 register(ConeTable, ConeCone, ConeLobe, ConeBRDF, Lagarde2014, VisibilityAsSpecular)

@@ -5,7 +5,7 @@ from typing import Any
 import drjit as dr
 
 from gtao.camera import OrthographicCamera, PerspectiveCamera
-from gtao.camera.pose import pose_of, previous_from_view
+from gtao.camera.pose import Pose, pose_of, previous_from_view
 from gtao.config import plain
 from gtao.errors import ConfigError, ShapeError
 from gtao.gbuffer import GBuffer
@@ -15,7 +15,7 @@ from gtao.tensors import scalar
 
 from .estimate import check_frame
 
-__all__ = ["camera_motion"]
+__all__ = ["camera_motion", "still_motion"]
 
 
 def camera_motion(g: GBuffer, camera: Any, view_to_world: Any) -> Any:
@@ -45,9 +45,19 @@ def camera_motion(g: GBuffer, camera: Any, view_to_world: Any) -> Any:
             f"the previous camera is {camera.width}x{camera.height}, the frame {g.shape[1]}x{g.shape[0]}; motion is in"
             " pixels of one size"
         )
-    previous, T = pose_of("view_to_world", view_to_world), g.types
-    if previous == g.view_to_world and _numbers(camera) == _numbers(g.camera):
+    moved, T = still_motion(g, camera, pose_of("view_to_world", view_to_world)), g.types
+    if moved is None:
         return T.Tensor(dr.zeros(T.Float, 3 * dr.width(g.view_z.array)), (*g.shape, 3))
+    result = Planes(moved, g.shape).tensor()
+    dr.eval(result)
+    return result
+
+
+def still_motion(g: GBuffer, camera: Any, previous: Pose) -> tuple[Any, ...] | None:
+    """The three channels of :func:`camera_motion`, flat and not evaluated yet; None where nothing moves."""
+    T = g.types
+    if previous == g.view_to_world and _numbers(camera) == _numbers(g.camera):
+        return None
 
     def view(c: Any) -> motion.View:
         return motion.View(*(scalar(value, T.Float) for value in _numbers(c)), orthographic=c.is_orthographic)
@@ -56,10 +66,7 @@ def camera_motion(g: GBuffer, camera: Any, view_to_world: Any) -> Any:
     index = dr.arange(T.UInt, dr.width(g.view_z.array))
     y = index // g.camera.width
     x, y = T.Float(index - y * g.camera.width) + 0.5, T.Float(y) + 0.5
-    moved = motion.motion(x, y, dr.detach(g.view_z.array), view(g.camera), view(camera), rows)
-    result = Planes(moved, g.shape).tensor()
-    dr.eval(result)
-    return result
+    return motion.motion(x, y, dr.detach(g.view_z.array), view(g.camera), view(camera), rows)
 
 
 def _numbers(camera: Any) -> tuple[float, ...]:

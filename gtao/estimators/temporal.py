@@ -1,0 +1,102 @@
+"""Image-level driver of the temporal filter."""
+
+from typing import Any
+
+import drjit as dr
+
+from gtao.camera import camera_from_dict
+from gtao.config import TemporalFilter
+from gtao.errors import ConfigError, ShapeError
+from gtao.gbuffer import GBuffer
+from gtao.history import CHANNELS, Contents, History
+from gtao.planes import Planes
+from gtao.results import AmbientOcclusion
+
+from .estimate import check_estimate
+from .motion import still_motion
+from .temporal_stage import Channels, accumulated, first
+
+__all__ = ["accumulate"]
+
+
+def accumulate(ao: AmbientOcclusion, g: GBuffer, temporal: TemporalFilter, history: History | None) -> AmbientOcclusion:
+    """What :meth:`gtao.TemporalFilter.step` returns."""
+    check_estimate(ao, g)
+    if history is None:
+        return ao
+    if not isinstance(history, History):
+        raise ConfigError(f"history must be a gtao.History, got {type(history).__name__}")
+    channels, before = _channels(ao, g), history.contents
+    motion = _motion(g, before)
+    if before is None:
+        result, estimate = first(channels, g), ao
+    else:
+        _check_same_kind(before, channels, g)
+        result = accumulated(channels, before, motion, g, temporal)
+        estimate = _estimate(result.channels, ao, g)
+    count = dr.detach(result.count)
+    kept = {name: tuple(map(dr.detach, arrays)) for name, arrays in result.channels.items()}
+    for name in ("visibility", "unshaped"):
+        if name in kept:
+            # An array of its own: a caller may write into the memory of the result.
+            kept[name] = (dr.select(count > 0, kept[name][0], 0),)
+    moved = None if motion is None else tuple(map(dr.detach, motion[:2]))
+    dr.eval(result.channels, count, kept, moved)
+    history.take(
+        Contents(
+            channels=kept,
+            count=count,
+            view_z=dr.detach(g.view_z.array),
+            motion=moved,
+            camera=camera_from_dict(g.camera.to_dict()),
+            view_to_world=g.view_to_world,
+        )
+    )
+    return estimate
+
+
+def _channels(ao: AmbientOcclusion, g: GBuffer) -> Channels:
+    """Flat arrays of what an estimate holds, in the precision of the frame."""
+    found: Channels = {}
+    for name in CHANNELS:
+        if name in ("mean_direction", "visibility_sh"):
+            planes = ao.planes(name)
+            arrays = None if planes is None else planes.arrays
+        else:
+            image = getattr(ao, name)
+            arrays = None if image is None else (image.array,)
+        if arrays is not None:
+            found[name] = tuple(map(g.types.Float, arrays))
+    return found
+
+
+def _estimate(channels: Channels, ao: AmbientOcclusion, g: GBuffer) -> AmbientOcclusion:
+    T, images = g.types, {}
+    for name, arrays in channels.items():
+        images[name] = T.Tensor(arrays[0], g.shape) if CHANNELS[name] == 1 else Planes(arrays, g.shape)
+    return AmbientOcclusion(**images, normal_v=ao.normal_v, config=ao.config)
+
+
+def _check_same_kind(before: Contents, channels: Channels, g: GBuffer) -> None:
+    if before.camera.shape != g.shape:
+        (h0, w0), (h, w) = before.camera.shape, g.shape
+        raise ShapeError(
+            f"the history is of frames of {w0}x{h0} pixels, this one has {w}x{h}; call history.reset(), or keep one"
+            " history for each size"
+        )
+    if before.channels.keys() != channels.keys():
+        raise ConfigError(
+            f"the history holds {', '.join(before.channels)}, the estimate {', '.join(channels)}; call"
+            " history.reset(), or estimate the same every frame"
+        )
+
+
+def _motion(g: GBuffer, before: Contents | None) -> tuple[Any, ...] | None:
+    """Pixels to the right and down and change of depth from the previous frame, flat; None where nothing moves."""
+    T = g.types
+    if g.motion is not None:
+        *moved, change = (*Planes.of(g.motion).arrays, T.Float(0))[:3]
+        return (*moved, change)
+    if before is None or before.view_to_world is None or g.view_to_world is None:
+        return None
+    return still_motion(g, before.camera, before.view_to_world)
