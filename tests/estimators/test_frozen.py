@@ -15,10 +15,12 @@ METHODS = {
     "exact cut": gtao.GTAO(radius=0.5, n_slices=2, n_steps=4),
     "linear fetch": gtao.GTAO(radius=0.5, n_slices=2, n_steps=4, fetch="linear"),
     "pyramid": gtao.GTAO(radius=0.5, n_slices=2, n_steps=4, pyramid=gtao.DepthPyramid()),
+    "blue noise": gtao.GTAO(radius=0.5, n_slices=2, n_steps=4, falloff=FALLOFF, noise="blue_noise"),
+    "Sobol": gtao.GTAO(radius=0.5, n_slices=2, n_steps=4, falloff=FALLOFF, noise="sobol"),
     "HBAO": gtao.HBAO(radius=0.5, n_directions=4, n_steps=4),
     "bitmask": gtao.VisibilityBitmask(radius=0.5, n_slices=2, n_steps=4),
 }
-DIFFERENTIABLE = ("horizons", "exact cut", "linear fetch", "pyramid", "HBAO")
+DIFFERENTIABLE = ("horizons", "exact cut", "linear fetch", "pyramid", "blue noise", "Sobol", "HBAO")
 N_FRAMES = 3
 
 

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 from _noise_terms import noise_terms
-from oracles import golden
+from oracles import golden, sobol
 from scipy import stats
 
 from gtao import backend
+from gtao.data.blue_noise import mask_values
 from gtao.kernels import noise
 
 TYPES = backend.types_of(backend.default_float())
@@ -36,21 +37,53 @@ def test_spatial_pattern_golden(inputs, outputs):
 
 
 @pytest.mark.parametrize("origin", [(0, 0), (1, 2), (3, 3)])
-def test_every_window_of_16_pixels_holds_all_directions(origin):
-    rotation, offset = image("spatial_4x4", frame_index=5, size=4, origin=origin)
+@pytest.mark.parametrize(("name", "frame_index"), [("spatial_4x4", 5), ("spatial_4x4_fine", 0)])
+def test_every_window_of_16_pixels_holds_all_directions(name, frame_index, origin):
+    rotation, offset = image(name, frame_index, size=4, origin=origin)
     assert sorted(np.round(rotation * 16).astype(int).ravel()) == list(range(16))
     assert sorted(np.round(offset * 4).astype(int).ravel()) == sorted(4 * list(range(4)))
 
 
-def test_a_cycle_has_48_directions_and_32_sample_positions():
-    """Six rotations of a 22.5 degree grid over half a turn meet on one of 3.75 degrees; offsets repeat by quarters."""
-    frames = [image("spatial_4x4", f, size=4) for f in range(24)]
-    directions = np.round(np.stack([r for r, _ in frames]) * 48 * 16) % (48 * 16)
-    assert len(np.unique(directions)) == 48
-    offsets = np.unique(np.round(np.stack([o for _, o in frames]), 6))
-    assert offsets == pytest.approx([0.0, 0.25, 0.5, 0.75])
-    again = image("spatial_4x4", 24, size=4)
-    assert np.array_equal(again, frames[0])
+def distinct(values):
+    """How many numbers modulo 1 there are; the patterns' are multiples of 1/192, rounded to single precision."""
+    return len(np.unique(np.round(np.ravel(values) * 192).astype(int) % 192))
+
+
+@pytest.mark.parametrize(
+    ("name", "directions", "offsets"),
+    [("spatial_4x4", 48, 4), ("spatial_4x4_unbracketed", 12, 4), ("spatial_4x4_fine", 96, 16)],
+)
+def test_directions_and_sample_positions_of_a_cycle(name, directions, offsets):
+    """Slices are lines: the rotation counts half turns. As printed, six rotations of a 22.5 degree grid meet on one of
+    3.75 degrees and offsets repeat by quarters; the slides count 96 directions and 8 steps × 16 offsets."""
+    frames = np.stack([image(name, f, size=8) for f in range(24)])
+    assert distinct(frames[:, 0]) == directions
+    n_steps = 8
+    positions = np.add.outer(np.arange(n_steps), frames[:, 1]) / n_steps
+    # The positions lie within the search and are 1/128 apart at least.
+    assert len(np.unique(np.round(positions * 128).astype(int))) == n_steps * offsets
+    assert np.array_equal(image(name, 24, size=8), frames[0])
+    # Six frames turn through all of them; the others only move the offsets.
+    assert distinct(frames[:6, 0]) == directions
+
+
+def test_the_fine_pattern_uses_every_direction_equally():
+    """96 directions from 16 pixels in 6 frames: each once, and each with all 4 offsets of its pixel over 24."""
+    frames = np.stack([image("spatial_4x4_fine", f, size=4) for f in range(24)])
+    counts = np.bincount(np.round(frames[:6, 0].ravel() * 96).astype(int) % 96, minlength=96)
+    assert (counts == 1).all()
+    pairs = {tuple(pair) for pair in np.round(frames * 192).transpose(0, 2, 3, 1).reshape(-1, 2).astype(int)}
+    assert len(pairs) == 24 * 16
+
+
+def test_the_printed_formula_has_four_directions():
+    """(1/16) (((x + y) & 3) << 2) + (x & 3), turns as it is by that many half turns."""
+    y, x = np.mgrid[:8, :8]
+    printed = (((x + y) & 3) << 2) / 16 + (x & 3)
+    rotation, offset = image("spatial_4x4_unbracketed", 5, size=8)
+    assert np.array_equal(rotation, printed % 1)
+    assert distinct(rotation) == 4
+    assert np.array_equal(offset, image("spatial_4x4", 5, size=8)[1])
 
 
 def test_no_noise_is_the_middle_of_slice_and_step():
@@ -150,3 +183,82 @@ def test_white_noise_is_uniform_and_independent():
     p_values.append(stats.pearsonr(image("white", 0, 0)[0].ravel(), image("white", 0, 1)[0].ravel()).pvalue)
     # 17 tests: the smallest p-value of honest noise is below 1e-4 once in 600 choices of seeds.
     assert min(p_values) > 1e-4
+
+
+def leading(a, b):
+    """How many leading binary digits of numbers in [0, 1) agree, 24 where all that are kept do."""
+    differ = np.round(a * 2**24).astype(np.int64) ^ np.round(b * 2**24).astype(np.int64)
+    return 24 - np.ceil(np.log2(differ + 1)).astype(int)
+
+
+def test_sobol_is_the_sequence_with_digits_flipped_by_those_before():
+    """What Owen's scrambling keeps is how long two numbers agree; all else about them is random."""
+    n = 80
+    got = np.stack([image("sobol", f, seed=3, size=4) for f in range(n)])
+    plain = sobol.points(n)
+    for dimension in range(2):
+        want = leading(plain[:, None, dimension], plain[None, :, dimension])
+        numbers = got[:, dimension].reshape(n, -1).T
+        for pixel in numbers:
+            assert np.array_equal(leading(pixel[:, None], pixel[None, :]), want)
+
+
+@pytest.mark.parametrize("m", [2, 3, 4, 5])
+def test_stretches_of_the_sequence_are_nets(m):
+    """Frames k 2^m to (k + 1) 2^m - 1 of a pixel put one point into every elementary interval of area 2^-m."""
+    for first in (0, 2**m, 3 * 2**m):
+        got = np.stack([image("sobol", first + f, seed=1, size=3) for f in range(2**m)]).reshape(2**m, 2, -1)
+        for a in range(m + 1):
+            cells = np.floor(got[:, 0] * 2**a) * 2 ** (m - a) + np.floor(got[:, 1] * 2 ** (m - a))
+            assert (np.sort(cells, axis=0) == np.arange(2**m)[:, None]).all()
+
+
+def test_scrambles_of_pixels_are_independent_trees():
+    """First digits, and second ones under either first digit, are fair and independent over pixels and dimensions.
+
+    Numbers 0, 1, 2, 3 of the first dimension start .00, .10, .01, .11: the flips of all three nodes of the first two
+    levels show. A shift by one number per pixel would flip the second digits alike.
+    """
+    frames = [image("sobol", f, seed=11) for f in range(4)]
+    digits = [np.floor(frames[f][0] * 4).astype(int).ravel() for f in range(4)]
+    flips = [digits[0] >> 1, digits[0] & 1, digits[1] & 1, np.floor(frames[0][1] * 2).astype(int).ravel()]
+    flips += [np.floor(image("sobol", 0, seed=12)[0] * 2).astype(int).ravel()]
+    n = SIZE * SIZE
+    signs = 2 * np.array(flips) - 1
+    # Sums of n fair signs: 15 of them stay below four standard deviations in 999 of 1000 choices of seeds.
+    products = signs @ signs.T / np.sqrt(n) - np.sqrt(n) * np.eye(len(flips))
+    assert np.abs(products).max() < 4
+    assert np.abs(signs.sum(axis=1)).max() < 4 * np.sqrt(n)
+    neighbours = signs.reshape(len(flips), SIZE, SIZE)
+    assert np.abs((neighbours[:, 1:] * neighbours[:, :-1]).sum(axis=(1, 2))).max() < 4 * np.sqrt(n)
+
+
+@pytest.mark.parametrize("seed", [0, 7])
+@pytest.mark.parametrize("frame_index", [0, 1, 100_000])
+def test_blue_noise_is_the_mask_moved_on(frame_index, seed):
+    """frac(mask + frame · (1/g, 1/g²)) in integers of 32 digits, of which 24 are kept."""
+    mask = np.array(mask_values(), dtype=np.int64).reshape(64, 64, 2)
+    word = (seed * 0x9E3779B1) % 2**32
+    mask = np.roll(mask, (-(word >> 20 & 63), -(word >> 26)), axis=(0, 1))
+    g = np.roots([1, 0, -1, -1]).real.max()
+    got = image("blue_noise", frame_index, seed, size=96)
+    for channel, step in enumerate((1 / g, 1 / g**2)):
+        shift = (frame_index * round(step * 2**32)) % 2**32 >> 8
+        want = (np.tile(mask[..., channel], (2, 2))[:96, :96] * 256 + shift) % 2**24 / 2**24
+        # Sums above 1 have 23 digits after the point.
+        distance = np.abs(got[channel] - want)
+        assert np.minimum(distance, 1 - distance).max() <= 2.0**-24
+
+
+def test_seeds_begin_elsewhere_in_the_mask():
+    first, second = image("blue_noise", seed=0), image("blue_noise", seed=1)
+    assert not np.array_equal(first, second)
+    for a, b in zip(first, second, strict=True):
+        assert np.array_equal(np.sort(a, axis=None), np.sort(b, axis=None))
+
+
+@pytest.mark.parametrize("frame_index", [0, 5])
+def test_values_of_a_mask_are_even_and_never_twice(frame_index):
+    for values in image("blue_noise", frame_index):
+        gaps = np.diff(np.sort(values, axis=None))
+        assert np.abs(gaps - 1 / 4096).max() <= 2.0**-23
