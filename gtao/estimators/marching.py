@@ -13,7 +13,7 @@ from gtao.tensors import scalar
 
 from .attached import is_attached
 from .job import Job
-from .noise_masks import mask_words
+from .noise_inputs import noise_inputs
 from .without_derivative import refuse_what_has_no_derivative
 
 __all__ = ["march_job", "opaque"]
@@ -87,7 +87,6 @@ def _square_pixels(camera: Any) -> bool:
 def _scalars(g: GBuffer, method: SliceMethod, radius: Any, frame_index: int) -> Scalars:
     camera, T = g.camera, g.types
     terms = noise.frame_terms(method.noise, frame_index, method.seed)
-    integers = {name: getattr(terms, name) for name in ("key", "seed", "frame") if getattr(terms, name) is not None}
     values = {
         "ax": 1 / camera.fx,
         "bx": (0.5 - camera.cx) / camera.fx,
@@ -106,8 +105,7 @@ def _scalars(g: GBuffer, method: SliceMethod, radius: Any, frame_index: int) -> 
     }
     return Scalars(
         **{name: opaque(g, value) for name, value in values.items()},
-        **{name: dr.opaque(T.UInt, value) for name, value in integers.items()},
-        mask=mask_words(T.UInt) if method.noise in noise.MASKED else None,
+        **noise_inputs(method.noise, terms, T.UInt),
     )
 
 

@@ -2,13 +2,11 @@
 
 from types import SimpleNamespace
 
-from gtao.estimators.noise_masks import mask_words
+from gtao.estimators.noise_inputs import noise_inputs
 from gtao.kernels import noise
 
 
 def noise_terms(name, frame_index, seed, UInt):
     terms = noise.frame_terms(name, frame_index, seed)
-    integers = {key: UInt(value) for key in ("key", "seed", "frame") if (value := getattr(terms, key)) is not None}
-    return SimpleNamespace(
-        frame_rotation=terms.frame_rotation, frame_offset=terms.frame_offset, mask=mask_words(UInt), **integers
-    )
+    inputs = noise_inputs(name, terms, UInt)
+    return SimpleNamespace(frame_rotation=terms.frame_rotation, frame_offset=terms.frame_offset, **inputs)
