@@ -17,34 +17,38 @@ from .tensors import scalar
 __all__ = ["Stage", "staged"]
 
 #: ``stage(images, numbers)``: from an :class:`gtao.kernels.filters.Image` each and numbers, of width one or, where they
-#: have gradients, as wide as an image, to a tuple of flat arrays.
+#: have gradients, as wide as the stage, to a tuple of flat arrays.
 Stage = Callable[[tuple[Image, ...], tuple[Any, ...]], tuple[Any, ...]]
 
 
-def staged(stage: Stage, images: tuple[Any, ...], numbers: tuple[Any, ...] = ()) -> tuple[Any, ...]:
+def staged(
+    stage: Stage, images: tuple[Any, ...], numbers: tuple[Any, ...] = (), *, lanes: int | None = None
+) -> tuple[Any, ...]:
     """What ``stage`` makes of flat images and numbers, evaluated where any of them carries a gradient.
 
     Args:
         stage: computes the result; whatever else it knows is taken for constant.
         images: flat arrays, one value per pixel.
         numbers: Python numbers or Dr.Jit floats of width one.
+        lanes: how many the stage runs on, where the result is not of the size of the images.
     """
     numbers = tuple(scalar(value, type(images[0])) for value in numbers)
     attached = tuple(map(dr.grad_enabled, (*images, *numbers)))
     if any(attached):
-        return dr.custom(_Staged, stage, images, numbers, attached)
+        return dr.custom(_Staged, stage, images, numbers, attached, lanes)
     return stage(tuple(Image(v, v) for v in images), numbers)
 
 
 class _Staged(dr.CustomOp):
-    def eval(self, stage, images, numbers, attached):
+    def eval(self, stage, images, numbers, attached, lanes):
         self.stage, self.inputs, self.attached = stage, (images, numbers), attached
+        self.lanes = dr.width(images) if lanes is None else lanes
         result = stage(tuple(Image(v, v) for v in images), numbers)
         dr.eval(result)
         return result
 
     def _variables(self):
-        """Images as their own and as neighbours read them, and numbers as wide as an image."""
+        """Images as their own and as neighbours read them, and numbers as wide as the stage."""
         images, numbers = self.inputs
         n = len(images)
         own, around = ([type(v)(v) for v in images] for _ in range(2))
@@ -53,7 +57,7 @@ class _Staged(dr.CustomOp):
             if attached and i < n:
                 dr.enable_grad(own[i], around[i])
             elif attached:
-                numbers[i - n] = numbers[i - n] + dr.zeros(type(numbers[i - n]), dr.width(images))
+                numbers[i - n] = numbers[i - n] + dr.zeros(type(numbers[i - n]), self.lanes)
                 dr.enable_grad(numbers[i - n])
         return own, around, numbers
 

@@ -76,6 +76,12 @@ class BaseCamera:
         """The camera of the window whose top left pixel is ``(x0, y0)``; it may reach beyond the frame."""
         return replace(self, width=width, height=height, cx=self.cx - x0, cy=self.cy - y0)
 
+    def reduced(self, factor: int):
+        """The camera of the same view with pixels ``factor`` times as wide; sides that it does not divide grow."""
+        width, height = -(-self.width // factor), -(-self.height // factor)
+        scaled = {name: getattr(self, name) / factor for name in ("fx", "fy", "cx", "cy")}
+        return replace(self, width=width, height=height, **scaled)
+
     def padded(self, pixels: int):
         """The camera of the same view with a guard band: ``pixels`` more on every side, everything else in place.
 

@@ -82,6 +82,18 @@ class OrthographicCamera(BaseCamera):
             near=self.near,
         )
 
+    def reduced(self, factor: int):
+        width, height = -(-self.width // factor), -(-self.height // factor)
+        return OrthographicCamera(
+            width,
+            height,
+            height * factor / self.fy,
+            view_width=width * factor / self.fx,
+            cx=self.cx / factor,
+            cy=self.cy / factor,
+            near=self.near,
+        )
+
     def project(self, P):
         """Point(s) in the view frame to ``(x_px, y_px, view_z)``."""
         return self.cx + self.fx * P.x, self.cy - self.fy * P.y, -P.z

@@ -27,6 +27,7 @@ from .lighting import (
 from .named import NAMED, NamedMethod, named, with_budget
 from .pipeline import Pipeline
 from .pyramid import DepthPyramid
+from .resolution import BilateralUpsample, BilinearUpsample, Downsample, NearestDepthUpsample, PlaneAwareUpsample
 from .slices import SliceMethod
 from .specular import ConeBRDF, ConeCone, ConeLobe, ConeTable, Lagarde2014, VisibilityAsSpecular
 from .temporal import TemporalFilter
@@ -44,6 +45,8 @@ __all__ = [
     "HBAO",
     "NAMED",
     "BentNormalIrradiance",
+    "BilateralUpsample",
+    "BilinearUpsample",
     "ClippedCone",
     "ConeBRDF",
     "ConeCone",
@@ -55,6 +58,7 @@ __all__ = [
     "DepthCut",
     "DepthPyramid",
     "Deviation",
+    "Downsample",
     "EdgeAwareFilter",
     "HeightfieldHorizon",
     "HeightfieldRayMarch",
@@ -65,10 +69,12 @@ __all__ = [
     "MeasuredThickness",
     "MomentZH",
     "NamedMethod",
+    "NearestDepthUpsample",
     "NoCut",
     "OcclusionTimesIrradiance",
     "Pipeline",
     "PlaneAwareFilter",
+    "PlaneAwareUpsample",
     "QuadraticFalloff",
     "RunningThickness",
     "SampleCut",
@@ -93,6 +99,7 @@ register(RunningThickness, DepthCut, ConstantThickness, ContinuityThickness, Lin
 register(EdgeAwareFilter, SpatialFilter, PlaneAwareFilter)
 register(TemporalFilter)
 register(DepthPyramid)
+register(Downsample, BilinearUpsample, NearestDepthUpsample, BilateralUpsample, PlaneAwareUpsample)
 register(SliceMoments, MomentZH, ConeSH, ClippedCone, TripleProduct, BentNormalIrradiance, OcclusionTimesIrradiance)
 register(ConeTable, ConeCone, ConeLobe, ConeBRDF, Lagarde2014, VisibilityAsSpecular)
 

@@ -6,6 +6,7 @@ from .motion import camera_motion
 from .multibounce import multibounce
 from .occlusion import ambient_occlusion
 from .reflection import diffuse_radiance
+from .resolution import downsample, upsample
 from .shading import reflected_directions, shade, specular_radiance
 from .specular import environment_brdf, specular_occlusion, specular_reflectance
 from .value_and_gradient import ValueAndGradient, value_and_gradient
@@ -16,6 +17,7 @@ __all__ = [
     "camera_motion",
     "denoise",
     "diffuse_radiance",
+    "downsample",
     "environment_brdf",
     "irradiance",
     "multibounce",
@@ -24,5 +26,6 @@ __all__ = [
     "specular_occlusion",
     "specular_radiance",
     "specular_reflectance",
+    "upsample",
     "value_and_gradient",
 ]
