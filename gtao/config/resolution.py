@@ -95,9 +95,9 @@ class BilateralUpsample:
 class PlaneAwareUpsample:
     """Bilinear weights of the 2×2 texels around a pixel times 1 / (1 + (d / tolerance)⁴), d by tangent planes.
 
-    Theory, eqs. (184) to (186). d is the larger of a texel's distance from the pixel's tangent plane and of the pixel's from the texel's. Planes at
-    any tilt are interpolated bilinearly, and nothing crosses a depth edge. A pixel whose surface is not among its 2×2
-    texels takes the texel of the 4×4 around it that is nearest in this sense.
+    Theory, eqs. (184) to (186). d is the larger of a texel's distance from the pixel's tangent plane and of the
+    pixel's from the texel's. Planes at any tilt are interpolated bilinearly, and nothing crosses a depth edge. A pixel
+    whose surface is not among its 2×2 texels takes the texel of the 4×4 around it that is nearest in this sense.
 
     Args:
         tolerance: distance that halves a weight, in widths of a small pixel at that depth.
