@@ -70,3 +70,6 @@ from .transport import StoredTransport as StoredTransport
 from .transport import read_transport as read_transport
 from .transport import write_transport as write_transport
 from .truth import read_truth as read_truth
+from .video import VIDEO_FORMATS as VIDEO_FORMATS
+from .video import find_ffmpeg as find_ffmpeg
+from .video import write_video as write_video
