@@ -16,6 +16,7 @@ from .report import refit_figures, refit_report
 from .specular import SpecularComparison, SpecularView, specular_curves, specular_images, specular_steps
 from .specular_report import specular_figures, specular_report
 from .tables import forms, left_out
+from .temporal import settling_curves
 from .tuning import tuning_candidates, tuning_errors, tuning_figures, tuning_history, tuning_parameters
 from .tuning_report import tuning_report
 
@@ -54,6 +55,7 @@ __all__ = [
     "refit_report",
     "residuals",
     "scatter",
+    "settling_curves",
     "signed_error_maps",
     "specular_curves",
     "specular_figures",
