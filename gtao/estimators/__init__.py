@@ -1,6 +1,9 @@
 """Image-level drivers: a G-buffer and a configuration in, a result out."""
 
 from .denoise import denoise
+from .inspect_filters import FilterWeights, filter_weights
+from .inspect_slices import inspect_slices
+from .inspect_types import InspectedSample, InspectedSlice, SliceInspection
 from .irradiance import irradiance
 from .motion import camera_motion
 from .multibounce import multibounce
@@ -12,6 +15,10 @@ from .specular import environment_brdf, specular_occlusion, specular_reflectance
 from .value_and_gradient import ValueAndGradient, value_and_gradient
 
 __all__ = [
+    "FilterWeights",
+    "InspectedSample",
+    "InspectedSlice",
+    "SliceInspection",
     "ValueAndGradient",
     "ambient_occlusion",
     "camera_motion",
@@ -19,6 +26,8 @@ __all__ = [
     "diffuse_radiance",
     "downsample",
     "environment_brdf",
+    "filter_weights",
+    "inspect_slices",
     "irradiance",
     "multibounce",
     "reflected_directions",

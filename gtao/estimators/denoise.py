@@ -15,7 +15,7 @@ from gtao.stages import staged
 
 from .estimate import check_estimate, check_frame_index
 
-__all__ = ["denoise"]
+__all__ = ["denoise", "filtered"]
 
 # Ridge of the linear fit, in weights times squared texels: an eighth of the second moment of an open 5×5 footprint.
 RIDGE = 3.0
@@ -48,10 +48,7 @@ def denoise(ao: AmbientOcclusion, g: GBuffer, spatial: Any, *, frame_index: int 
         ConfigError: ``spatial`` is no filter, ``ao`` no estimate, ``g`` no frame or ``frame_index`` negative.
         ShapeError: the estimate is not of this frame.
     """
-    apply = _FILTERS.get(type(spatial))
-    if apply is None:
-        choices = ", ".join(f"gtao.{kind.__name__}" for kind in _FILTERS)
-        raise ConfigError(f"the filter must be one of {choices}, got {type(spatial).__name__}")
+    _check_filter(spatial)
     check_estimate(ao, g)
     check_frame_index(frame_index)
     T = g.types
@@ -61,13 +58,29 @@ def denoise(ao: AmbientOcclusion, g: GBuffer, spatial: Any, *, frame_index: int 
     for planes in images.values():
         channels += tuple(map(T.Float, planes.arrays))
     channels += unshaped
-    visibility, *filtered = apply(channels, g, spatial, frame_index % 2 == 1)
-    dr.eval(visibility, filtered)
+    visibility, *others = filtered(channels, g, spatial, frame_index)
+    dr.eval(visibility, others)
     for name, planes in images.items():
         n = len(planes.arrays)
-        images[name], filtered = Planes(tuple(filtered[:n]), g.shape), filtered[n:]
-    images["unshaped"] = T.Tensor(dr.select(g.mask.array, filtered[0], 1), g.shape) if unshaped else None
+        images[name], others = Planes(tuple(others[:n]), g.shape), others[n:]
+    images["unshaped"] = T.Tensor(dr.select(g.mask.array, others[0], 1), g.shape) if unshaped else None
     return AmbientOcclusion(visibility=T.Tensor(visibility, g.shape), **images, normal_v=ao.normal_v, config=ao.config)
+
+
+def filtered(channels: Channels, g: GBuffer, spatial: Any, frame_index: int) -> Channels:
+    """Flat images of the frame, all averaged with the same weights; on the background the first is 1, others 0.
+
+    Raises:
+        ConfigError: ``spatial`` is no filter.
+    """
+    _check_filter(spatial)
+    return _FILTERS[type(spatial)](channels, g, spatial, frame_index % 2 == 1)
+
+
+def _check_filter(spatial: Any) -> None:
+    if type(spatial) not in _FILTERS:
+        choices = ", ".join(f"gtao.{kind.__name__}" for kind in _FILTERS)
+        raise ConfigError(f"the filter must be one of {choices}, got {type(spatial).__name__}")
 
 
 def _one_pass(average: Average, channels: Channels, guides: Channels, numbers: Channels, g: GBuffer) -> Channels:

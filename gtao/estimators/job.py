@@ -105,6 +105,11 @@ class Job:
             start, new = (dr.opaque(self.types.UInt, row) for row in (min(first, k.height - n_rows), first))
             yield replace(self, rows=Rows(start, new, n_rows))
 
+    def row(self, y: int) -> "Job":
+        """The same job for the pixels of row ``y`` alone."""
+        start = dr.opaque(self.types.UInt, y)
+        return replace(self, rows=Rows(start, start, 1))
+
     def lane_index(self):
         """Numbers of the pixels in the frame."""
         index = dr.arange(self.types.UInt, self.n)

@@ -8,11 +8,13 @@ from .comparison_report import compare_report
 from .comparison_tables import summary_rows
 from .error_bars import deviation_bars, error_budget_bar
 from .error_curves import error_against_samples, error_against_time, stratified_errors
+from .filter_weights import filter_weights
 from .fits import coefficients, comparison, coverage, residuals, scatter
 from .images import error_map, image_row, visibility_image
 from .lighting import LightingComparison, LightingView, lighting_bars, lighting_images
 from .lighting_report import lighting_figures, lighting_report
 from .report import refit_figures, refit_report
+from .slices import slices
 from .specular import SpecularComparison, SpecularView, specular_curves, specular_images, specular_steps
 from .specular_report import specular_figures, specular_report
 from .tables import forms, left_out
@@ -44,6 +46,7 @@ __all__ = [
     "error_budget_bar",
     "error_budget_maps",
     "error_map",
+    "filter_weights",
     "forms",
     "image_row",
     "left_out",
@@ -57,6 +60,7 @@ __all__ = [
     "scatter",
     "settling_curves",
     "signed_error_maps",
+    "slices",
     "specular_curves",
     "specular_figures",
     "specular_images",
