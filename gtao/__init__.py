@@ -93,7 +93,7 @@ from .estimators import (
 from .gbuffer import GBuffer
 from .history import History
 from .layers import DepthLayers
-from .results import AmbientOcclusion
+from .results import AmbientOcclusion, Stages
 
 __all__ = [
     "GTAO",
@@ -154,6 +154,7 @@ __all__ = [
     "SliceInspection",
     "SliceMoments",
     "SpatialFilter",
+    "Stages",
     "TemporalFilter",
     "TripleProduct",
     "ValueAndGradient",

@@ -10,7 +10,7 @@ from .backend import types_of
 from .planes import PlanarImage, Planes
 from .tensors import vectors, window
 
-__all__ = ["AmbientOcclusion"]
+__all__ = ["AmbientOcclusion", "Stages"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,3 +110,24 @@ class AmbientOcclusion:
     def __repr__(self) -> str:
         height, width = self.visibility.shape
         return f"AmbientOcclusion({width}x{height}, config={self.config})"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stages:
+    """What the stages of a pipeline made of one frame; None of those that it has not.
+
+    Attributes:
+        frame: the :class:`gtao.GBuffer` that was estimated, the smaller one where there is one.
+        occlusion: estimate of that frame.
+        spatial: the estimate, filtered in the image.
+        temporal: the same, accumulated with the frames before.
+        upsampled: the last of these at full size.
+        result: the last of these, limited to [0, 1] where the pipeline does that.
+    """
+
+    frame: Any
+    occlusion: AmbientOcclusion
+    spatial: AmbientOcclusion | None = None
+    temporal: AmbientOcclusion | None = None
+    upsampled: AmbientOcclusion | None = None
+    result: AmbientOcclusion

@@ -3,33 +3,77 @@
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from ._checks import check_flag
+from gtao.errors import ConfigError
+
+from ._checks import check_flag, check_instance
 from .codec import to_dict
+from .filters import EdgeAwareFilter, PlaneAwareFilter, SpatialFilter
 from .gtao import GTAO
+from .resolution import BilateralUpsample, BilinearUpsample, Downsample, NearestDepthUpsample, PlaneAwareUpsample
+from .temporal import TemporalFilter
 
 if TYPE_CHECKING:
     from gtao.gbuffer import GBuffer
-    from gtao.results import AmbientOcclusion
+    from gtao.history import History
+    from gtao.results import AmbientOcclusion, Stages
 
 __all__ = ["Pipeline"]
+
+_SPATIAL = (SpatialFilter, EdgeAwareFilter, PlaneAwareFilter)
+_UPSAMPLE = (BilinearUpsample, NearestDepthUpsample, BilateralUpsample, PlaneAwareUpsample)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Pipeline:
-    """From a frame to an image of ambient occlusion, as an application would show it.
+    """From frames to images of ambient occlusion, as an application would show them; every stage but one may be None.
 
     Args:
         occlusion: what :func:`gtao.ambient_occlusion` is to do.
-        spatial: filter for :func:`gtao.denoise`, or None.
+        downsample: a :class:`gtao.Downsample`: the smaller frame that is estimated and filtered.
+        spatial: filter for :func:`gtao.denoise`.
+        temporal: a :class:`gtao.TemporalFilter`, which goes on from the frames before.
+        upsample: method for :func:`gtao.upsample`, back to the size of the frame; without it the result keeps the size
+            of the smaller frame.
         clamp: limit the final result to [0, 1].
+
+    Raises:
+        ConfigError: a stage is of another kind, or there is nothing to upsample.
     """
 
     occlusion: Any = field(default_factory=GTAO)
+    downsample: Any = None
     spatial: Any = None
+    temporal: Any = None
+    upsample: Any = None
     clamp: bool = True
 
     def __post_init__(self) -> None:
+        check_instance("downsample", self.downsample, Downsample)
+        check_instance("spatial", self.spatial, _SPATIAL)
+        check_instance("temporal", self.temporal, TemporalFilter)
+        check_instance("upsample", self.upsample, _UPSAMPLE)
+        if self.upsample is not None and self.downsample is None:
+            raise ConfigError("upsample without downsample: there is no smaller frame to come back from; leave it out")
         check_flag("clamp", self.clamp)
+
+    @classmethod
+    def as_published(cls, radius: float = 200.0) -> "Pipeline":
+        """The pipeline of Jimenez et al. (2016), as their slides describe it.
+
+        Half resolution by the nearest of 2×2 depths, one slice of eight steps per side in a pattern of 4×4 pixels and
+        6×4 frames, the bilateral filter over 4×4 pixels that changes sides, exponential accumulation. How they came
+        back to full resolution they do not say; here it is bilateral. ``docs/departures`` lists what they left open.
+
+        Args:
+            radius: reach of an occluder in scene units; the slides' is 200 inches.
+        """
+        return cls(
+            occlusion=GTAO.as_published(radius),
+            downsample=Downsample(choice="nearest", place="texel"),
+            spatial=SpatialFilter(),
+            temporal=TemporalFilter.as_published(),
+            upsample=BilateralUpsample(),
+        )
 
     @classmethod
     def recommended(cls, radius: float, *, bent_normal: bool = False, directional: bool = False) -> "Pipeline":
@@ -44,15 +88,29 @@ class Pipeline:
 
         return recommended(radius, bent_normal=bent_normal, directional=directional)
 
-    def step(self, g: "GBuffer", *, frame_index: int = 0) -> "AmbientOcclusion":
-        """Estimate, filter and clamp the visibility of one frame.
+    def step(
+        self, g: "GBuffer", history: "History | None" = None, *, frame_index: int | None = None
+    ) -> "AmbientOcclusion":
+        """The result of one frame.
+
+        Args:
+            g: the frame. Temporal filters follow its ``motion``, or its ``view_to_world``; without either they take
+                camera and scene for still.
+            history: what is remembered of the frames before; this frame goes into it when all stages are through, so
+                that an error leaves it as it was. None: a frame on its own.
+            frame_index: position in the sequences of noise and filters; by default that of the history, 0 without.
 
         Raises:
-            ConfigError: a stage is no configuration of that stage, or ``frame_index`` is negative.
+            ConfigError: ``frame_index`` is negative, or the first stage is no method.
+            ShapeError: the history is of frames of another size.
         """
+        return self.stages(g, history, frame_index=frame_index).result
+
+    def stages(self, g: "GBuffer", history: "History | None" = None, *, frame_index: int | None = None) -> "Stages":
+        """What every stage made of one frame; arguments as for :meth:`step`."""
         from gtao.estimators.pipeline import run_pipeline
 
-        return run_pipeline(g, self, frame_index=frame_index)
+        return run_pipeline(g, self, history, frame_index)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values that :func:`gtao.method_from_dict` turns back into the same configuration."""
