@@ -4,7 +4,7 @@ The first call sets a Mitsuba variant unless one is set already: ``cuda_ad_rgb``
 ``llvm_ad_rgb`` elsewhere.
 """
 
-from . import scenes
+from . import animations, scenes
 from .aov import gbuffer_from_aov
 from .brdf import brdf
 from .coated import coated
@@ -16,19 +16,25 @@ from .irradiance import Irradiance, irradiance
 from .layers import layers, thickness
 from .loading import load_scene
 from .sensor import camera_from_sensor
+from .sequence import SequenceFrame, sequence
+from .sequence_animation import Animation
+from .sequence_poses import look_at, rigid
 from .specular import Estimate, Specular, specular
 from .split import SplitIntegrals, split_integrals
 from .transport import Transport, transport
 from .truth import Visibility, visibility
 
 __all__ = [
+    "Animation",
     "DirectionalVisibility",
     "Estimate",
     "Irradiance",
+    "SequenceFrame",
     "Specular",
     "SplitIntegrals",
     "Transport",
     "Visibility",
+    "animations",
     "brdf",
     "camera_from_sensor",
     "coated",
@@ -41,7 +47,10 @@ __all__ = [
     "irradiance",
     "layers",
     "load_scene",
+    "look_at",
+    "rigid",
     "scenes",
+    "sequence",
     "specular",
     "split_integrals",
     "thickness",

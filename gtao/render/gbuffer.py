@@ -13,7 +13,7 @@ from .loading import select_sensor
 from .primary import PrimaryHits, shoot
 from .variant import ensure_variant
 
-__all__ = ["gbuffer"]
+__all__ = ["frame_of", "gbuffer"]
 
 
 def gbuffer(
@@ -34,7 +34,7 @@ def gbuffer(
     Returns:
         ``gtao.GBuffer``: ``view_z`` (H, W) in scene units, inf on the background; ``normal_v`` (H, W, 3)
         unit, view frame; ``albedo`` (H, W, 3) in [0, 1], linear sRGB, 0 on the background and where the BSDF
-        has no diffuse part.
+        has no diffuse part; ``view_to_world``, where the sensor stands, as plain numbers.
 
     Derivatives with respect to parameters of the scene that carry gradients (``mitsuba.traverse``; vertices,
     transforms, reflectances, the sensor's place, field of view and principal point) stay attached, those of the camera
@@ -49,7 +49,11 @@ def gbuffer(
         BackendError: there is no usable backend.
     """
     ensure_variant()
-    hits = shoot(scene, select_sensor(scene, sensor), normals, guard_px)
+    return frame_of(scene, shoot(scene, select_sensor(scene, sensor), normals, guard_px), albedo)
+
+
+def frame_of(scene: Any, hits: PrimaryHits, albedo: bool) -> GBuffer:
+    """What the camera sees, as a frame."""
     normal_v = dr.select(hits.valid, hits.normal_v, mi.Vector3f(0, 0, 1))
     height, width = hits.camera.shape
     return GBuffer(
@@ -57,6 +61,7 @@ def gbuffer(
         mi.TensorXf(keeping(scene, dr.ravel(normal_v)), (height, width, 3)),
         hits.attached_camera,
         albedo=mi.TensorXf(keeping(scene, dr.ravel(_albedo(hits))), (height, width, 3)) if albedo else None,
+        view_to_world=hits.view_to_world,
     )
 
 

@@ -25,9 +25,9 @@ def _one_line(error: Exception) -> str:
     return text
 
 
-def _load(loader: Any, what: str, source: Any) -> Any:
+def _load(loader: Any, what: str, source: Any, merge: bool) -> Any:
     try:
-        scene = loader(source)
+        scene = loader(source, optimize=merge)
     except Exception as error:
         raise SceneError(f"cannot load {what}: {_one_line(error)}") from None
     if not isinstance(scene, mi.Scene):
@@ -35,29 +35,29 @@ def _load(loader: Any, what: str, source: Any) -> Any:
     return scene
 
 
-def _load_path(path: Path) -> Any:
+def _load_path(path: Path, merge: bool) -> Any:
     if not path.exists():
         raise SceneError(f"no scene file {path}")
     if path.is_dir():
         raise SceneError(f"{path} is a directory; give the scene's .xml file")
-    return _load(mi.load_file, f"scene {path}", os.fspath(path))
+    return _load(mi.load_file, f"scene {path}", os.fspath(path), merge)
 
 
-def _load_text(source: str, resolution: Resolution | None) -> Any:
+def _load_text(source: str, resolution: Resolution | None, merge: bool) -> Any:
     if source in scenes.names():
         size = {}
         if resolution is not None:
             size = dict(zip(("width", "height"), _target_size(resolution, [1, 1]), strict=True))
-        return _load(mi.load_dict, f"embedded scene {source}", scenes.build(source, **size))
+        return _load(mi.load_dict, f"embedded scene {source}", scenes.build(source, **size), merge)
     path = Path(source)
     if path.suffix or path.exists() or os.sep in source:
-        return _resized(_load_path(path), resolution)
+        return _resized(_load_path(path, merge), resolution)
     raise SceneError(
         f"no embedded scene is called {source!r}; give a Mitsuba .xml file or one of: {', '.join(scenes.names())}"
     )
 
 
-def load_scene(source: Any, *, resolution: Resolution | None = None) -> Any:
+def load_scene(source: Any, *, resolution: Resolution | None = None, merge: bool = True) -> Any:
     """A Mitsuba scene from whatever describes one.
 
     Args:
@@ -66,6 +66,8 @@ def load_scene(source: Any, *, resolution: Resolution | None = None) -> Any:
         resolution: image size for all sensors instead of their own: ``(width, height)`` in pixels, or one
             number for the longer side with the aspect ratio kept. Horizontal fields of view stay as they are.
             Not for a loaded scene, whose sensors belong to the caller.
+        merge: let Mitsuba put meshes of one material into one, as it does by itself. With False every shape stays
+            what it is, so that shapes can be found by their ids and moved.
 
     Returns:
         ``mitsuba.Scene``.
@@ -80,11 +82,11 @@ def load_scene(source: Any, *, resolution: Resolution | None = None) -> Any:
             raise SceneError("resolution cannot change a loaded scene; set the film size of its sensors instead")
         return source
     if isinstance(source, str):
-        return _load_text(source, resolution)
+        return _load_text(source, resolution, merge)
     if isinstance(source, os.PathLike):
-        return _resized(_load_path(Path(source)), resolution)
+        return _resized(_load_path(Path(source), merge), resolution)
     if isinstance(source, Mapping):
-        return _resized(_load(mi.load_dict, "scene dictionary", dict(source)), resolution)
+        return _resized(_load(mi.load_dict, "scene dictionary", dict(source), merge), resolution)
     raise SceneError(f"a scene is a path, a name, a dictionary or a mitsuba.Scene, got {type(source).__name__}")
 
 

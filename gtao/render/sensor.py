@@ -13,7 +13,7 @@ import numpy as np
 from gtao.camera import OrthographicCamera, PerspectiveCamera
 from gtao.errors import SceneError
 
-__all__ = ["camera_from_sensor", "pixel_centre_rays", "rotation"]
+__all__ = ["camera_from_sensor", "pixel_centre_rays", "pose_matrix", "rotation", "scale_of"]
 
 # Mitsuba keeps transforms in single precision; products of a few rotations stay within this of orthogonal.
 ORTHOGONALITY = 1e-4
@@ -118,3 +118,15 @@ def pixel_centre_rays(sensor: Any, guard_px: int = 0) -> Any:
     film = mi.Point2f((mi.Float(x) - guard_px + 0.5) / width, (mi.Float(y) - guard_px + 0.5) / height)
     ray, _ = sensor.sample_ray(0.0, 0.5, film, mi.Point2f(0.5))
     return ray
+
+
+def scale_of(sensor: Any) -> np.ndarray:
+    """Scale along the axes of a sensor's ``to_world``, which only that of an orthographic one may have."""
+    return _frame(sensor)[1] if sensor.class_name() == "OrthographicCamera" else np.ones(3)
+
+
+def pose_matrix(view_to_world: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """The ``to_world`` of a sensor in a pose."""
+    result = np.array(view_to_world, dtype=np.float64)
+    result[:3, :3] *= _VIEW_FROM_LOCAL * scale
+    return result

@@ -1,11 +1,11 @@
 """The list of embedded scenes: what each is, and how it is found by name."""
 
-import inspect
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from gtao.errors import ConfigError, SceneError
+from gtao.errors import ConfigError
+from gtao.render.catalogue import Catalogue, summary
 
 Kind = Literal["analytic", "procedural"]
 
@@ -40,7 +40,7 @@ class SceneInfo:
     uniform: bool = False
 
 
-_SCENES: dict[str, SceneInfo] = {}
+_SCENES: Catalogue[SceneInfo] = Catalogue("scene")
 
 
 def scene(**info: Any) -> Callable[[Callable[..., dict]], Callable[..., dict]]:
@@ -50,10 +50,8 @@ def scene(**info: Any) -> Callable[[Callable[..., dict]], Callable[..., dict]]:
     """
 
     def enter(function: Callable[..., dict]) -> Callable[..., dict]:
-        description = (inspect.getdoc(function) or "").partition("\n")[0].rstrip(".")
-        _SCENES[function.__name__] = SceneInfo(
-            name=function.__name__, description=description, function=function, **info
-        )
+        name = function.__name__
+        _SCENES.enter(name, SceneInfo(name=name, description=summary(function), function=function, **info))
         return function
 
     return enter
@@ -76,9 +74,7 @@ def get(name: str) -> SceneInfo:
     Raises:
         SceneError: there is none; the message lists those that exist.
     """
-    if name not in _SCENES:
-        raise SceneError(f"no embedded scene {name!r}; there are: {', '.join(_SCENES)}")
-    return _SCENES[name]
+    return _SCENES.get(name)
 
 
 def build(name: str, *, width: int = 128, height: int = 128, **parameters: Any) -> dict:
@@ -94,9 +90,4 @@ def build(name: str, *, width: int = 128, height: int = 128, **parameters: Any) 
         SceneError: no scene of that name.
         ConfigError: the scene has no such parameter, or its value is out of range.
     """
-    info = get(name)
-    known = inspect.signature(info.function).parameters
-    unknown = [key for key in parameters if key not in known]
-    if unknown:
-        raise ConfigError(f"scene {name!r} has no parameter {unknown[0]!r}; it has: {', '.join(known)}")
-    return info.function(width, height, **parameters)
+    return _SCENES.build(name, width, height, parameters)
