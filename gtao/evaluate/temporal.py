@@ -25,17 +25,17 @@ class TemporalScores:
     Args:
         trail: Frames that a trail lasts, as :class:`TrailTracker` has it.
         change: Difference of the truth that is a change.
+        shared_noise: Whether truths share their random numbers, as :class:`FlickerMeter` has it.
 
     Raises:
         ConfigError: A value is out of range.
     """
 
-    def __init__(self, trail: int = 24, change: float = 0.02) -> None:
+    def __init__(self, trail: int = 24, change: float = 0.02, *, shared_noise: bool = True) -> None:
         self.rmse: list[float] = []
         self.bias: list[float] = []
-        self._trail = TrailTracker(trail, change)
-        self._flicker, self._ghosting = FlickerMeter(), GhostingMeter()
-        self._last_truth: np.ndarray | None = None
+        self._trail = TrailTracker(trail, change, shared_noise=shared_noise)
+        self._flicker, self._ghosting = FlickerMeter(shared_noise), GhostingMeter()
 
     def add(
         self,
@@ -52,7 +52,7 @@ class TemporalScores:
 
         Args:
             image: (H, W) image.
-            truth: (H, W) truth. Each must have noise of its own, or be the very same image as the one before.
+            truth: (H, W) truth.
             variance: (H, W) variance of the truth; none if left out.
             mask: (H, W) bool, pixels that show a surface; all if left out.
             motion: (H, W, 2 or 3) pixels right and down from the last frame; nothing moves if left out.
@@ -71,10 +71,7 @@ class TemporalScores:
         error = rmse(image, y, mask=keep) if noise is None else corrected_rmse(image, y, noise, mask=keep)
         trail = self._trail.add(known, noise, motion=motion, disoccluded=fresh)
         self._ghosting.add(image, y, trail, baseline=baseline, variance=noise, mask=keep)
-        anew = self._last_truth is None or not np.array_equal(known, self._last_truth)
-        still = keep & ~fresh & (trail == 0)
-        self._flicker.add(image, y, noise if anew else None, mask=still, motion=motion)
-        self._last_truth = known
+        self._flicker.add(image, y, noise, mask=keep & ~fresh & (trail == 0), motion=motion)
         self.rmse.append(error)
         self.bias.append(bias(image, y, mask=keep))
 
@@ -95,8 +92,6 @@ class TemporalScores:
         """All that is remembered, as arrays that :func:`numpy.savez` writes and :meth:`from_state` takes back."""
         meters = {"flicker": self._flicker, "ghosting": self._ghosting, "trail": self._trail}
         kept = {f"{name}.{key}": value for name, meter in meters.items() for key, value in meter.state().items()}
-        if self._last_truth is not None:
-            kept["last_truth"] = self._last_truth
         return kept | {"rmse": np.array(self.rmse), "bias": np.array(self.bias)}
 
     @classmethod
@@ -117,7 +112,6 @@ class TemporalScores:
         scores._trail = TrailTracker.from_state(part("trail"))
         scores._flicker = FlickerMeter.from_state(part("flicker"))
         scores._ghosting = GhostingMeter.from_state(part("ghosting"))
-        scores._last_truth = np.array(state["last_truth"]) if "last_truth" in state else None
         return scores
 
 

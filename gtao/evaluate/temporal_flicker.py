@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from gtao.errors import ShapeError
 
-from .temporal_motion import Resumable, image_of, mask_of, motion_of, previous_pixels, together
+from .temporal_motion import Resumable, image_of, mask_of, motion_of, other_pixel, previous_pixels, together
 
 __all__ = ["Flicker", "FlickerMeter", "flicker"]
 
@@ -35,9 +35,15 @@ class Flicker:
 
 
 class FlickerMeter(Resumable):
-    """Measures :func:`flicker` frame by frame, in memory that does not grow with their number."""
+    """Measures :func:`flicker` frame by frame, in memory that does not grow with their number.
 
-    def __init__(self) -> None:
+    Args:
+        shared_noise: Whether truths share their random numbers, pixel by pixel, as those of
+            :func:`gtao.render.sequence` do. The noise of what stays in its pixel then stays too, and is not taken out.
+    """
+
+    def __init__(self, shared_noise: bool = False) -> None:
+        self._shared = shared_noise
         self._n: np.ndarray | None = None
         self._mean: np.ndarray | None = None
         self._noise: np.ndarray | None = None
@@ -60,8 +66,7 @@ class FlickerMeter(Resumable):
         Args:
             image: (H, W) image.
             truth: (H, W) truth of this frame, whose changes are no flicker; if left out, all changes are.
-            variance: (H, W) variance of a truth that was traced for this frame; its noise is taken out. None for an
-                exact truth, and for the one of the frame before: noise that frames share does not flicker.
+            variance: (H, W) variance of the truth, whose noise is taken out; none if left out.
             mask: (H, W) bool, pixels that count: their point was visible in the last frame too. All if left out.
             motion: (H, W, 2 or 3) pixels right and down from the last frame; nothing moves if left out.
 
@@ -79,12 +84,10 @@ class FlickerMeter(Resumable):
         noise = np.where(counts, noise, 0.0)
         if self._n is None:
             self._n, self._mean, self._noise = np.zeros(e.shape), np.zeros(e.shape), np.zeros(e.shape)
-        if variance is None:
-            self._noise, self._last_noise = np.zeros(e.shape), np.zeros(e.shape)
         if self._last is not None and self._last_noise is not None:
             self._add_steps(e, noise, self._last, self._last_noise, moves)
         resting = counts if moves is None else counts & (np.hypot(moves[..., 0], moves[..., 1]) <= AT_REST)
-        self._add_squares(e, noise, resting)
+        self._add_squares(e, np.zeros(e.shape) if self._shared else noise, resting)
         self._last, self._last_noise = e, noise
 
     def _add_steps(
@@ -93,6 +96,9 @@ class FlickerMeter(Resumable):
         if motion is not None:
             rows, columns, inside = previous_pixels(motion)
             last, last_noise = np.where(inside, last[rows, columns], np.nan), last_noise[rows, columns]
+        if self._shared:
+            other = np.zeros(e.shape, bool) if motion is None else other_pixel(rows, columns)
+            noise, last_noise = np.where(other, noise, 0.0), np.where(other, last_noise, 0.0)
         change = e - last
         seen = np.isfinite(change)
         self._steps += float(np.sum((change**2 - noise - last_noise)[seen]))

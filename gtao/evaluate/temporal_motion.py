@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from gtao.errors import ShapeError
 
-__all__ = ["Resumable", "image_of", "mask_of", "motion_of", "previous_pixels", "together"]
+__all__ = ["Resumable", "image_of", "mask_of", "motion_of", "other_pixel", "previous_pixels", "together"]
 
 
 class Resumable:
@@ -88,6 +88,12 @@ def previous_pixels(motion: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndar
     rows = np.clip(np.floor(np.clip(row, -1, height) + 0.5), 0, height - 1).astype(np.intp)
     columns = np.clip(np.floor(np.clip(column, -1, width) + 0.5), 0, width - 1).astype(np.intp)
     return rows, columns, inside
+
+
+def other_pixel(rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """Where the pixels of :func:`previous_pixels` are not those themselves."""
+    y, x = np.indices(rows.shape)
+    return (rows != y) | (columns != x)
 
 
 def together(*series: Iterable[Any] | None) -> Iterator[tuple[Any, ...]]:

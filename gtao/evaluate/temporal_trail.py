@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from gtao.errors import ConfigError
 
-from .temporal_motion import Resumable, image_of, mask_of, motion_of, previous_pixels, together
+from .temporal_motion import Resumable, image_of, mask_of, motion_of, other_pixel, previous_pixels, together
 
 __all__ = ["TrailTracker", "trail_mask"]
 
@@ -23,21 +23,25 @@ class TrailTracker(Resumable):
     Args:
         n: Frames that a trail lasts, at least 1: about as long as a filter remembers.
         change: Difference of the truth that is a change, positive.
+        shared_noise: Whether truths share their random numbers, pixel by pixel, as those of
+            :func:`gtao.render.sequence` do. The noise of what stays in its pixel then stays too, and every difference
+            there is real.
 
     Raises:
         ConfigError: A value is out of range.
     """
 
-    def __init__(self, n: int = 24, change: float = 0.02) -> None:
+    def __init__(self, n: int = 24, change: float = 0.02, *, shared_noise: bool = False) -> None:
         if n < 1:
             raise ConfigError(f"a trail lasts at least 1 frame, got n = {n}")
         if not (np.isfinite(change) and change > 0):
             raise ConfigError(f"change must be a positive number, got {change}")
-        self._frames, self._change = n, change
+        self._frames, self._change, self._shared = n, change, shared_noise
         self._truth: np.ndarray | None = None
         self._noise: np.ndarray | None = None
         self._age: np.ndarray | None = None
         self._sign: np.ndarray | None = None
+        self._moved: np.ndarray | None = None
 
     def add(
         self,
@@ -66,22 +70,28 @@ class TrailTracker(Resumable):
         y = image_of("truth", truth, None if self._truth is None else self._truth.shape)
         noise = np.zeros(y.shape) if variance is None else image_of("variance", variance, y.shape)
         moves, fresh = motion_of(motion, y.shape), mask_of("disoccluded", disoccluded, y.shape, default=False)
-        if self._truth is None or self._noise is None or self._age is None or self._sign is None:
+        if self._truth is None or self._noise is None or self._age is None or self._sign is None or self._moved is None:
             self._truth, self._noise, self._sign = y, noise, np.zeros(y.shape, np.int8)
-            self._age = np.full(y.shape, self._frames)
+            self._age, self._moved = np.full(y.shape, self._frames), np.zeros(y.shape, bool)
             return self._sign.copy()
         here = y - self._truth
-        before, noise_before, age, sign = self._truth, self._noise, self._age, self._sign
+        before, noise_before, age, sign, moved = self._truth, self._noise, self._age, self._sign, self._moved
         if moves is not None:
             rows, columns, inside = previous_pixels(moves)
-            before, noise_before, age, sign = (a[rows, columns] for a in (before, noise_before, age, sign))
+            before, noise_before, age, sign, moved = (
+                values[rows, columns] for values in (before, noise_before, age, sign, moved)
+            )
+            # What is compared with was seen in another pixel, whose noise was another.
+            moved = moved | other_pixel(rows, columns)
             fresh = fresh | ~inside
         difference = y - before
-        limit = np.maximum(self._change, STANDARD_ERRORS * np.sqrt(noise + noise_before))
+        spread = np.where(moved, noise + noise_before, 0.0) if self._shared else noise + noise_before
+        limit = np.maximum(self._change, STANDARD_ERRORS * np.sqrt(spread))
         changed = fresh | (np.abs(difference) > limit)
         self._sign = np.where(changed, np.where(np.where(fresh, here, difference) < 0, -1, 1), sign).astype(np.int8)
         self._age = np.where(changed, 0, np.minimum(age + 1, self._frames))
         self._truth, self._noise = np.where(changed, y, before), np.where(changed, noise, noise_before)
+        self._moved = moved & ~changed
         return np.where(self._age < self._frames, self._sign, 0).astype(np.int8)
 
 

@@ -75,7 +75,37 @@ def test_noise_that_all_truths_share_is_not_taken_off():
     truth = 0.5 + _noise(5, 1, 0.05)[0]
     for x in 0.5 + _noise(6, 10, 0.02):
         scores.add(x, truth, np.full(SHAPE, 0.05**2))
-    assert scores.result()["flicker"]["deviation"] == pytest.approx(0.02, rel=0.02)
+    result = scores.result()["flicker"]
+    assert result["deviation"] == pytest.approx(0.02, rel=0.02)
+    assert result["step"] == pytest.approx(0.02 * math.sqrt(2), rel=0.02)
+
+
+def test_noise_of_pixels_that_the_surface_leaves_is_taken_off():
+    # The truth's noise belongs to the pixel, and the surface moves right by two of them.
+    of_pixels, own = _noise(17, 1, 0.05)[0], _noise(18, 10, 0.02)
+    motion = np.broadcast_to([2.0, 0.0], (*SHAPE, 2))
+    meter = evaluate.FlickerMeter(shared_noise=True)
+    for x in own:
+        meter.add(0.5 + x, 0.5 + of_pixels, np.full(SHAPE, 0.05**2), motion=motion)
+    # The same 3968 differences of the truth nine times: (0.05 / 0.02)² √(2 / 3968) = 14 % of the variance.
+    assert meter.result().step == pytest.approx(0.02 * math.sqrt(2), rel=0.25)
+
+
+def test_shared_noise_hides_no_trail_at_rest_and_makes_none_in_motion():
+    noise = _noise(19, 1, 0.05)[0]
+    variance = np.full(SHAPE, 0.05**2)
+    motion = np.broadcast_to([2.0, 0.0], (*SHAPE, 2))
+    inside, still = np.indices(SHAPE)[1] >= 2, np.zeros((*SHAPE, 2))
+    # A change of 0.1 is less than four standard errors of the difference of independent truths, 0.28.
+    for shared, expected in ((True, N_PIXELS), (False, 0)):
+        tracker = evaluate.TrailTracker(3, shared_noise=shared)
+        tracker.add(0.5 + noise, variance)
+        assert abs(np.count_nonzero(tracker.add(0.6 + noise, variance)) - expected) <= (0 if shared else 20)
+    tracker = evaluate.TrailTracker(3, shared_noise=True)
+    tracker.add(0.5 + noise, variance)
+    # Then the surface stops: what it is compared with still comes from another pixel.
+    for moves in (motion, still):
+        assert np.count_nonzero(tracker.add(0.5 + noise, variance, motion=moves)[inside]) <= 4
 
 
 def test_variances_of_the_mean_are_taken_out_of_short_runs_too():
@@ -303,7 +333,7 @@ def test_scores_of_a_sequence_are_those_of_its_parts():
     truths = truths + _noise(12, 12, 0.02)
     frames = 0.5 + _noise(13, 12, 0.03)
     # A change of 0.2 is seven standard errors of the truths' differences.
-    result = _play(evaluate.TemporalScores(4, 0.2), frames, truths).result()
+    result = _play(evaluate.TemporalScores(4, 0.2, shared_noise=False), frames, truths).result()
     # Standard errors as above; the 10 rows of the ghost enter the errors of all but not the flicker.
     assert result["flicker"]["deviation"] == pytest.approx(0.03, rel=0.04)
     assert result["rmse"][2] == pytest.approx(0.03, rel=0.1)
@@ -316,14 +346,14 @@ def test_scores_of_a_sequence_are_those_of_its_parts():
 
 def test_scores_go_on_where_their_state_was_taken(tmp_path):
     frames, truths = 0.5 + _noise(14, 12, 0.03), 0.5 + _noise(15, 12, 0.1)
-    through = _play(evaluate.TemporalScores(3, 0.1), frames, truths)
-    half = _play(evaluate.TemporalScores(3, 0.1), frames, truths, 0, 5)
+    through = _play(evaluate.TemporalScores(3, 0.1, shared_noise=False), frames, truths)
+    half = _play(evaluate.TemporalScores(3, 0.1, shared_noise=False), frames, truths, 0, 5)
     np.savez(tmp_path / "scores.npz", **half.state())
     with np.load(tmp_path / "scores.npz") as state:
         resumed = evaluate.TemporalScores.from_state(state)
     _play(resumed, frames, truths, 5)
     assert resumed.result() == through.result()
-    fresh = evaluate.TemporalScores.from_state(evaluate.TemporalScores(3, 0.1).state())
+    fresh = evaluate.TemporalScores.from_state(evaluate.TemporalScores(3, 0.1, shared_noise=False).state())
     assert _play(fresh, frames, truths).result() == through.result()
     with pytest.raises(ShapeError, match="no state of TemporalScores"):
         evaluate.TemporalScores.from_state({})
