@@ -1,5 +1,6 @@
 """The subcommands of ``gtao``: thin wrappers that turn options into calls of :mod:`gtao.workflows` and friends."""
 
+from .animate import animate
 from .files import export, export_packing, occlusion, render
 from .glossy import compare_specular, fit_aperture
 from .inspection import doctor, methods, scenes
@@ -18,6 +19,7 @@ COMMANDS = (
     compare,
     compare_lighting,
     compare_specular,
+    animate,
     tune,
     fit_aperture,
     bake,

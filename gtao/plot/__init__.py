@@ -1,5 +1,15 @@
 """Figures and reports of results. Takes results, returns figures; computes nothing and opens no window."""
 
+from .animation import (
+    ANIMATION_PALETTE,
+    AnimatedMethod,
+    AnimationComparison,
+    animation_curves,
+    error_pixels,
+    video_frame,
+    visibility_pixels,
+)
+from .animation_report import animation_figures, animation_report
 from .aperture import aperture_by_roughness, aperture_curves, aperture_figures, aperture_report
 from .comparing import comparison_figures
 from .comparison import Comparison, MethodResult, SceneComparison
@@ -23,6 +33,9 @@ from .tuning import tuning_candidates, tuning_errors, tuning_figures, tuning_his
 from .tuning_report import tuning_report
 
 __all__ = [
+    "ANIMATION_PALETTE",
+    "AnimatedMethod",
+    "AnimationComparison",
     "Comparison",
     "LightingComparison",
     "LightingView",
@@ -30,6 +43,9 @@ __all__ = [
     "SceneComparison",
     "SpecularComparison",
     "SpecularView",
+    "animation_curves",
+    "animation_figures",
+    "animation_report",
     "aperture_by_roughness",
     "aperture_curves",
     "aperture_figures",
@@ -46,6 +62,7 @@ __all__ = [
     "error_budget_bar",
     "error_budget_maps",
     "error_map",
+    "error_pixels",
     "filter_weights",
     "forms",
     "image_row",
@@ -74,5 +91,7 @@ __all__ = [
     "tuning_history",
     "tuning_parameters",
     "tuning_report",
+    "video_frame",
     "visibility_image",
+    "visibility_pixels",
 ]

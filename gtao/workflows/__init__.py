@@ -1,5 +1,6 @@
 """Whole jobs made of the other rooms: what the ``gtao`` command runs, callable from Python."""
 
+from .animation import AnimateConfig, AnimateOutcome, animate
 from .baking import BakeOutcome, bake_table
 from .comparison import CompareConfig, CompareOutcome, compare
 from .files import export_fit, occlusion_file, render_scene
@@ -24,6 +25,8 @@ __all__ = [
     "LIGHTS",
     "SPECULAR_LIGHTS",
     "SPECULAR_METHODS",
+    "AnimateConfig",
+    "AnimateOutcome",
     "BakeOutcome",
     "CompareConfig",
     "CompareLightingConfig",
@@ -37,6 +40,7 @@ __all__ = [
     "RefitOutcome",
     "TuneConfig",
     "TuneOutcome",
+    "animate",
     "bake_table",
     "compare",
     "compare_lighting",

@@ -9,7 +9,7 @@ from typing import Any
 from gtao.config import Pipeline, method_from_dict, named
 from gtao.errors import ConfigError
 
-__all__ = ["pipeline_from_options"]
+__all__ = ["changed_pipeline", "pipeline_from_options"]
 
 
 def pipeline_from_options(method: str, settings: Iterable[str] = (), radius: float | None = None) -> Pipeline:
@@ -31,7 +31,19 @@ def pipeline_from_options(method: str, settings: Iterable[str] = (), radius: flo
     if "radius" in values:
         # Presets derive other lengths from it.
         radius = _number("radius", values.pop("radius"))
-    pipeline = named(method, radius)
+    return _changed(named(method, radius), values)
+
+
+def changed_pipeline(pipeline: Pipeline, settings: Iterable[str]) -> Pipeline:
+    """A pipeline with options changed as :func:`pipeline_from_options` does; a radius is an option like any other.
+
+    Raises:
+        ConfigError: a key does not exist, or a value has the wrong type or range.
+    """
+    return _changed(pipeline, dict(_split(setting) for setting in settings))
+
+
+def _changed(pipeline: Pipeline, values: dict[str, str]) -> Pipeline:
     described = pipeline.to_dict()
     own = {f.name for f in fields(pipeline)} - {"occlusion"}
     for key, text in values.items():

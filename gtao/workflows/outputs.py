@@ -9,7 +9,7 @@ from typing import Any
 from gtao import io
 from gtao.errors import RecordError
 
-__all__ = ["OutputDirectory", "command_line", "save_figures"]
+__all__ = ["RECORD", "OutputDirectory", "command_line", "save_figures"]
 
 PLOT_DPI = 110
 RECORD, REPORT = "record.json", "report.html"
@@ -29,7 +29,7 @@ def command_line(
         command: subcommand of ``gtao``.
         scenes: as :func:`gtao.workflows.views.portable` names them.
         output: the directory.
-        config: its settings, with ``all_sensors``.
+        config: its settings.
         plain: names of the settings that are options of the same name with a single value.
         repeated: option -> values, of those that are given once for each value.
     """
@@ -39,7 +39,7 @@ def command_line(
         value = getattr(config, name)
         if value is not None and not isinstance(value, Mapping):
             options += [f"--{name.replace('_', '-')}", value]
-    options += ["--all-sensors"] if config.all_sensors else []
+    options += ["--all-sensors"] if getattr(config, "all_sensors", False) else []
     return ["gtao", command, *scenes, *map(str, options)]
 
 
@@ -64,6 +64,7 @@ class OutputDirectory:
         texts: Mapping[str, str],
         figures: Mapping[str, Any],
         page: Callable[[dict[str, Any]], str],
+        present: Sequence[str] = (),
     ) -> dict[str, Any]:
         """Write texts, figures, the report and the record; remove what an earlier run listed and this one has not.
 
@@ -73,6 +74,7 @@ class OutputDirectory:
             figures: name -> Matplotlib figure.
             page: makes the report of the record, in which the other files are listed. It shows the record, which
                 therefore cannot hold its hash.
+            present: names of files that the job has written itself, to be listed with the others.
 
         Returns:
             The record as it was written.
@@ -82,7 +84,7 @@ class OutputDirectory:
         (self.path / RECORD).unlink(missing_ok=True)
         for name, text in texts.items():
             io.write_text(self.path / name, text)
-        names = [*texts, *save_figures(self.path, figures)]
+        names = [*texts, *save_figures(self.path, figures), *present]
         for name in earlier - {*names, REPORT}:
             (self.path / name).unlink(missing_ok=True)
         entries = [io.file_entry(self.path / name, self.path) for name in names]

@@ -11,12 +11,9 @@ from gtao.errors import ConfigError
 from gtao.workflows.study_settings import StudySettings
 
 from .options import pipeline_from_options
+from .truths import N_BATCHES
 
 __all__ = ["TuneConfig"]
-
-#: Batches of rays that the variance of the truth rests on.
-N_BATCHES = 8
-
 
 #: XeGTAO's constants, but for the offset of the pyramid: it trades error for time, and time is not in the loss.
 DEFAULT_PARAMETERS = ("radius_multiplier", "falloff.start", "step_exponent", "thin_occluder_compensation", "power")

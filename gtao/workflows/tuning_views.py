@@ -1,27 +1,23 @@
 """The views that tuning compares with: frames with ray-traced truth, traced once and kept."""
 
 import gc
-import hashlib
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from gtao import fit, io, render
-from gtao.errors import ConfigError, GtaoError, SceneError
+from gtao.errors import ConfigError, SceneError
 from gtao.gbuffer import GBuffer
 
-from .tuning_settings import N_BATCHES, TuneConfig
+from .truths import kept_truth
+from .tuning_settings import TuneConfig
 from .views import default_radius, open_scene
 
 __all__ = ["View", "collect_views"]
-
-#: Part of every cache key: raise it when the sampling changes and old truths must not be mixed with new ones.
-TRUTH_VERSION = 1
 
 Report = Callable[[str, int, int], None]
 
@@ -93,35 +89,7 @@ def _of_scene(name: str, source: str, config: TuneConfig, cache: Path, progress:
                 if progress:
                     progress(task, done, total)
 
-            key = {"fingerprint": fingerprint, "radius": radius, "spp": config.spp, "seed": config.seed}
-            truth, variance = _truth(scene, sensor, g, key, cache, step)
+            given = {"radius": radius, "spp": config.spp, "seed": config.seed}
+            truth, variance = kept_truth(scene, sensor, g, cache, fingerprint=fingerprint, **given, progress=step)
             problem = _problem(label, name, g, truth, variance, radius)
             yield View(problem, origin | {"scene": name, "view": fingerprint, "frame": label, "radius": radius})
-
-
-def _truth(scene: Any, sensor: int, g: GBuffer, key: dict[str, Any], cache: Path, step: Any) -> Any:
-    """Mean and variance of the visibility, from the cache if it has them."""
-    full = {"kind": "visibility", "version": TRUTH_VERSION, **key}
-    full |= {package: version(package) for package in ("mitsuba", "drjit")}
-    path = cache / f"{hashlib.sha256(io.canonical_json(full).encode()).hexdigest()}.exr"
-    if path.exists():
-        try:
-            mean, variance, _ = io.read_truth(path)
-            if mean.shape == g.shape:
-                return mean, variance
-        except GtaoError:  # damaged: traced again, and replaced
-            pass
-    truth = render.visibility(
-        scene,
-        g,
-        key["radius"],
-        key["spp"],
-        key["seed"],
-        sensor=sensor,
-        n_batches=N_BATCHES,
-        bent_normal=False,
-        progress=step,
-    )
-    extra = {"visibility.mean": truth.mean, "visibility.var": truth.variance}
-    io.write_gbuffer(path, g, extra=extra, manifest={"config": {"max_distance": key["radius"]}, "key": full})
-    return truth.mean.numpy(), truth.variance.numpy()

@@ -1,0 +1,76 @@
+"""The methods of an animation, from the words of a command line."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from gtao import io
+from gtao.config import NAMED, Pipeline, method_from_dict
+from gtao.errors import ConfigError, GtaoError
+from gtao.io.jsontext import read_json
+from gtao.workflows.options import changed_pipeline, pipeline_from_options
+
+__all__ = ["Method", "methods_of"]
+
+
+@dataclass(frozen=True)
+class Method:
+    """One method.
+
+    Attributes:
+        name: as it was given.
+        file: what its files are called.
+        pipeline: the stages.
+    """
+
+    name: str
+    file: str
+    pipeline: Pipeline
+
+    @property
+    def forgetful(self) -> Pipeline | None:
+        """The same without its temporal stage, or None where there is none: the estimate without a past."""
+        return None if self.pipeline.temporal is None else replace(self.pipeline, temporal=None)
+
+
+def methods_of(given: Sequence[str], settings: Sequence[str], radius: float) -> list[Method]:
+    """Methods from ``NAME[,KEY=VALUE…]`` or ``FILE.json[,KEY=VALUE…]``, with file names of their own.
+
+    Args:
+        given: the methods.
+        settings: options of all of them, before those of each.
+        radius: in scene units, for methods that go by a name.
+
+    Raises:
+        ConfigError: a method or an option does not exist, or has a wrong value, or a file describes no method.
+    """
+    found: list[Method] = []
+    for text in given:
+        name, *own = text.split(",")
+        options = [*settings, *own]
+        pipeline = (
+            changed_pipeline(_of_file(Path(name)), options)
+            if name.endswith(".json") and name not in NAMED
+            else pipeline_from_options(name, options, radius)
+        )
+        shown = ",".join([Path(name).stem if name.endswith(".json") else name, *own])
+        found.append(Method(shown, _file_name(shown, {m.file for m in found}), pipeline))
+    return found
+
+
+def _of_file(path: Path) -> Pipeline:
+    try:
+        described = method_from_dict(io.with_infinities(read_json(path, "method")))
+    except GtaoError as cause:
+        raise ConfigError(f"cannot take a method from {path}: {cause}") from None
+    return described if isinstance(described, Pipeline) else Pipeline(occlusion=described, clamp=False)
+
+
+def _file_name(name: str, taken: set[str]) -> str:
+    """The name with what file names and links bear; "truth" stands for the truth."""
+    base = re.sub(r"[^A-Za-z0-9.-]+", "-", name).strip("-.") or "method"
+    candidate, n = base, 2
+    while candidate in taken or candidate == "truth":
+        candidate, n = f"{base}-{n}", n + 1
+    return candidate
