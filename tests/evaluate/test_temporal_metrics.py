@@ -103,7 +103,8 @@ def test_shared_noise_hides_no_trail_at_rest_and_makes_none_in_motion():
         assert abs(np.count_nonzero(tracker.add(0.6 + noise, variance)) - expected) <= (0 if shared else 20)
     tracker = evaluate.TrailTracker(3, shared_noise=True)
     tracker.add(0.5 + noise, variance)
-    # Then the surface stops: what it is compared with still comes from another pixel.
+    # Then the surface stops, but for one pixel: what it is compared with still comes from another pixel.
+    still[0, 0] = 1.0
     for moves in (motion, still):
         assert np.count_nonzero(tracker.add(0.5 + noise, variance, motion=moves)[inside]) <= 4
 
