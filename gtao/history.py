@@ -124,7 +124,7 @@ class History:
     def _plane(self, array: Any) -> Any:
         assert self.shape is not None
         # Its own memory: nobody may write into the history through it.
-        return types_of(type(array)).Tensor(dr.copy(array), self.shape)
+        return types_of(type(array)).Tensor(dr.opaque(array), self.shape)
 
     def __repr__(self) -> str:
         if self.contents is None:

@@ -32,6 +32,8 @@ from .fits import fit_text as fit_text
 from .fits import fit_to_dict as fit_to_dict
 from .fits import read_fit as read_fit
 from .fits import write_fit as write_fit
+from .history import read_history as read_history
+from .history import write_history as write_history
 from .images import read_channels as read_channels
 from .images import write_channels as write_channels
 from .jsontext import canonical_json as canonical_json

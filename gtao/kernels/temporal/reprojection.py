@@ -19,22 +19,20 @@ class HistoryTap:
 
 @dataclass(frozen=True)
 class Prediction:
-    """What is affine in the image on a plane, 1/z or, in parallel projection, z: in the previous frame."""
+    """Surfaces in the previous frame: depth where pixels were, and the slopes of what is affine in the image."""
 
-    value: Any
-    along_x: Any  # per texel
+    view_z: Any
+    along_x: Any  # per texel, of 1/z or, in parallel projection, of z
     along_y: Any
     orthographic: bool
 
-    def at(self, dx, dy):
-        """At an offset in texels."""
-        return dr.fma(dx, self.along_x, dr.fma(dy, self.along_y, self.value))
-
     def excess(self, dx, dy, z):
-        """How much farther than z the surface lies at an offset, as a share of its depth."""
-        if self.orthographic:
-            return (self.at(dx, dy) - z) / self.value
-        return dr.fma(-z, self.at(dx, dy), 1)
+        """How much farther than z the surface lies at an offset in texels, as a share of its depth.
+
+        Exactly 0 where it lies at z and there is no offset.
+        """
+        step, rest = dr.fma(dx, self.along_x, dy * self.along_y), (self.view_z - z) / self.view_z
+        return rest + step / self.view_z if self.orthographic else dr.fma(-z, step, rest)
 
 
 def predicted(view_z, change, slopes, orthographic, grid):
@@ -46,7 +44,6 @@ def predicted(view_z, change, slopes, orthographic, grid):
         slopes: whether depth changes around the pixel as it does in this frame, on the side where it changes less.
     """
     centre = dr.select(dr.isfinite(view_z.own), view_z.own, 1)
-    before = centre - change
 
     def affine(z):
         return z if orthographic else 1 / z
@@ -63,7 +60,7 @@ def predicted(view_z, change, slopes, orthographic, grid):
         return dr.select(forward, ahead, -behind)
 
     along = (slope(1, 0), slope(0, 1)) if slopes else (centre * 0,) * 2
-    return Prediction(affine(before), *along, orthographic)
+    return Prediction(centre - change, *along, orthographic)
 
 
 def depth_weight(excess, nearer, farther):
@@ -102,9 +99,9 @@ def history_taps(motion, surface, previous_z, count, nearer, farther, grid):
         return [tap(grid.x, grid.y, Float(1), Float(0), Float(0), grid.types.Bool(True))]
     x, y = Float(grid.x) - motion[0], Float(grid.y) - motion[1]
     x0, y0 = dr.floor(x), dr.floor(y)
-    u, v = x - x0, y - y0
     # False for NaN too. Only what is inside may become an integer.
     near = (x0 >= -1) & (x0 < width) & (y0 >= -1) & (y0 < height)
+    u, v = dr.select(near, x - x0, 0), dr.select(near, y - y0, 0)
     x0, y0 = Int(dr.select(near, x0, -2)), Int(dr.select(near, y0, -2))
     taps = []
     for j in (0, 1):
