@@ -2,8 +2,9 @@
 
 The names below are the public core. The rooms ``gtao.render`` (ground truth with Mitsuba), ``gtao.io``, ``gtao.fit``,
 ``gtao.evaluate``, ``gtao.lighting`` (environment maps, spherical harmonics), ``gtao.plot``, ``gtao.interop`` (PyTorch,
-JAX), ``gtao.tables`` (tables of specular occlusion) and ``gtao.workflows`` load when they are first used, so that
-``import gtao`` needs neither Mitsuba nor the scientific stack.
+JAX), ``gtao.tables`` (tables of specular occlusion), ``gtao.noise`` (masks, spectra and the errors that noise leaves)
+and ``gtao.workflows`` load when they are first used, so that ``import gtao`` needs neither Mitsuba nor the scientific
+stack.
 """
 
 import importlib
@@ -183,7 +184,7 @@ __all__ = [
     "value_and_gradient",
 ]
 
-_ROOMS = ("evaluate", "fit", "interop", "io", "lighting", "plot", "render", "tables", "workflows")
+_ROOMS = ("evaluate", "fit", "interop", "io", "lighting", "noise", "plot", "render", "tables", "workflows")
 
 
 def __getattr__(name: str) -> Any:

@@ -43,6 +43,7 @@ Noise = Literal[
     "spatial_4x4",
     "spatial_4x4_unbracketed",
     "spatial_4x4_fine",
+    "spatial_4x4_spread",
     "interleaved_gradient",
     "interleaved_gradient_cycled",
     "hilbert_r2",
@@ -95,10 +96,12 @@ class SliceMethod:
         noise: per-pixel rotation of slices and offset of steps: "none", "spatial_4x4" (the papers', 16 directions and
             4 offsets per 4×4 pixels, 48 and 4 over 24 frames), the same formula as printed, which has 4 directions
             ("spatial_4x4_unbracketed"), the same in space with the 96 directions and 16 offsets over 24 frames that
-            the slides count ("spatial_4x4_fine"), "interleaved_gradient" (which moves from frame to frame), the same
-            with the papers' rotations and offsets per frame ("interleaved_gradient_cycled"), "hilbert_r2" (a
-            low-discrepancy sequence along a Hilbert curve), "blue_noise" (a mask by void and cluster, moved from frame
-            to frame), "sobol" (the frame's number of a scrambled Sobol sequence in every pixel), or "white".
+            the slides count, of which a single pixel sees a sixteenth ("spatial_4x4_fine") or all around, in frames
+            of either parity too ("spatial_4x4_spread"), "interleaved_gradient" (which moves from frame to frame), the
+            same with the papers' rotations and offsets per frame ("interleaved_gradient_cycled"), "hilbert_r2" (a
+            low-discrepancy sequence along a Hilbert curve), "blue_noise" (a mask by void and cluster whose values move
+            on from frame to frame), "sobol" (the frame's number of a scrambled Sobol sequence in every pixel), or
+            "white".
         seed: selects one of the sequences of the "white" and "sobol" noise, and where the "blue_noise" mask begins.
         pyramid: coarser depth for far samples, with the fetches "nearest", "floor" and "bilinear".
         depth_bias: share of its depth by which the shaded point is pulled to the viewer, against self-occlusion.

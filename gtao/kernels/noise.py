@@ -19,6 +19,10 @@ _ROTATIONS = (60, 300, 180, 240, 120, 0)
 _OFFSETS = (0.0, 0.5, 0.25, 0.75)
 # The same six steps on the finer grid of 96 directions: sixths of the 1/16 between two directions in space.
 _FINE_ROTATIONS = (0, 3, 1, 4, 2, 5)
+# Sixths of the half turn, moved so that they meet all of that grid; those of either parity are all around (theory, eq.
+# (187)).
+_SPREAD_ROTATIONS = (0, 49, 32, 81, 64, 17)
+_SPREAD_OFFSETS = (0, 10, 5, 15)
 
 # The curve covers 2^6 x 2^6 pixels and starts this much farther along it from frame to frame (XeGTAO).
 _HILBERT_LEVELS = 6
@@ -26,8 +30,8 @@ _HILBERT_FRAME = 288
 # Powers of the inverse plastic number, 0.7548776662466927 and its square, in units of 2^-32: the R2 sequence.
 _R2 = (3242174889, 2447445414)
 
-# What a mask moves on from frame to frame, the same sequence in the plane.
-_MASK_STEPS = _R2
+# What a mask moves on from frame to frame, in the same units: the inverse golden ratio, and √2 - 1 for the offset.
+_MASK_STEPS = (2654435769, 1779033704)
 
 #: Patterns that read a mask.
 MASKED = ("blue_noise",)
@@ -128,14 +132,14 @@ def _white(x, y, s, Float):
 
 
 def _blue_noise(x, y, s, Float):
-    """Void and cluster in space; over time all pixels go on along the golden ratio (theory, eq. (104))."""
+    """Void and cluster in space; over time all values move on together (theory, eq. (188))."""
     word = noise_mask.word_at(s.mask, x, y, s.seed)
     rotation, offset = Float(word & 0xFFFF) * 2**-16, Float(word >> 16) * 2**-16
     return frac(rotation + s.frame_rotation), frac(offset + s.frame_offset)
 
 
 def _sobol(x, y, s, Float):
-    """Sobol's sequence over the frames, scrambled in every pixel on its own (theory, eq. (105))."""
+    """Sobol's sequence over the frames, scrambled in every pixel on its own (theory, eq. (189))."""
     h = pcg(pcg(pcg(x) + y) + s.seed)
     rotation, offset = noise_sobol.owen(s.frame, h), noise_sobol.owen(noise_sobol.second_dimension(s.frame), pcg(h))
     return _unit(rotation, Float), _unit(offset, Float)
@@ -146,6 +150,7 @@ PATTERNS = {
     "spatial_4x4": _spatial_4x4,
     "spatial_4x4_unbracketed": _spatial_4x4_unbracketed,
     "spatial_4x4_fine": _spatial_4x4,
+    "spatial_4x4_spread": _spatial_4x4,
     "interleaved_gradient": _interleaved_gradient,
     "interleaved_gradient_cycled": _interleaved_gradient_cycled,
     "hilbert_r2": _hilbert_r2,
@@ -165,6 +170,8 @@ def frame_terms(name, frame_index, seed):
         return FrameTerms(_ROTATIONS[frame_index % 6] / 360, _OFFSETS[(frame_index // 6) % 4], key)
     if name == "spatial_4x4_fine":
         return FrameTerms(_FINE_ROTATIONS[frame_index % 6] / 96, _OFFSETS[(frame_index // 6) % 4] / 4, key)
+    if name == "spatial_4x4_spread":
+        return FrameTerms(_SPREAD_ROTATIONS[frame_index % 6] / 96, _SPREAD_OFFSETS[(frame_index // 6) % 4] / 16, key)
     if name == "interleaved_gradient":
         return FrameTerms(5.588238 * (frame_index % 64), _OFFSETS[frame_index % 4], key)
     if name == "blue_noise":
@@ -172,7 +179,8 @@ def frame_terms(name, frame_index, seed):
         rotation, offset = (((frame_index * a) & 0xFFFFFFFF) >> 8 for a in _MASK_STEPS)
         return FrameTerms(rotation * 2**-24, offset * 2**-24, key, seed=of_seed)
     if name == "sobol":
-        return FrameTerms(0.0, 0.0, key, seed=of_seed, frame=frame_index & 0xFFFFFFFF)
+        # In the order of Gray's code, in which frames of either parity fill both halves of every interval.
+        return FrameTerms(0.0, 0.0, key, seed=of_seed, frame=(frame_index ^ (frame_index >> 1)) & 0xFFFFFFFF)
     return FrameTerms(0.0, 0.0, key)
 
 

@@ -1,7 +1,7 @@
 """The first two dimensions of Sobol's sequence, scrambled as Owen (1995) does it, in 32-bit integers.
 
 Numbers are kept with their digits reversed, the first digit after the point in the lowest bit: number n of the van der
-Corput sequence is then n itself, and a scramble may flip a bit according to the bits below it (theory, eq. (105)).
+Corput sequence is then n itself, and a scramble may flip a bit according to the bits below it (theory, eq. (189)).
 """
 
 import drjit as dr

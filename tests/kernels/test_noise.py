@@ -37,7 +37,9 @@ def test_spatial_pattern_golden(inputs, outputs):
 
 
 @pytest.mark.parametrize("origin", [(0, 0), (1, 2), (3, 3)])
-@pytest.mark.parametrize(("name", "frame_index"), [("spatial_4x4", 5), ("spatial_4x4_fine", 0)])
+@pytest.mark.parametrize(
+    ("name", "frame_index"), [("spatial_4x4", 5), ("spatial_4x4_fine", 0), ("spatial_4x4_spread", 0)]
+)
 def test_every_window_of_16_pixels_holds_all_directions(name, frame_index, origin):
     rotation, offset = image(name, frame_index, size=4, origin=origin)
     assert sorted(np.round(rotation * 16).astype(int).ravel()) == list(range(16))
@@ -51,7 +53,12 @@ def distinct(values):
 
 @pytest.mark.parametrize(
     ("name", "directions", "offsets"),
-    [("spatial_4x4", 48, 4), ("spatial_4x4_unbracketed", 12, 4), ("spatial_4x4_fine", 96, 16)],
+    [
+        ("spatial_4x4", 48, 4),
+        ("spatial_4x4_unbracketed", 12, 4),
+        ("spatial_4x4_fine", 96, 16),
+        ("spatial_4x4_spread", 96, 16),
+    ],
 )
 def test_directions_and_sample_positions_of_a_cycle(name, directions, offsets):
     """Slices are lines: the rotation counts half turns. As printed, six rotations of a 22.5 degree grid meet on one of
@@ -67,13 +74,33 @@ def test_directions_and_sample_positions_of_a_cycle(name, directions, offsets):
     assert distinct(frames[:6, 0]) == directions
 
 
-def test_the_fine_pattern_uses_every_direction_equally():
+@pytest.mark.parametrize("name", ["spatial_4x4_fine", "spatial_4x4_spread"])
+def test_finer_patterns_use_every_direction_equally(name):
     """96 directions from 16 pixels in 6 frames: each once, and each with all 4 offsets of its pixel over 24."""
-    frames = np.stack([image("spatial_4x4_fine", f, size=4) for f in range(24)])
+    frames = np.stack([image(name, f, size=4) for f in range(24)])
     counts = np.bincount(np.round(frames[:6, 0].ravel() * 96).astype(int) % 96, minlength=96)
     assert (counts == 1).all()
     pairs = {tuple(pair) for pair in np.round(frames * 192).transpose(0, 2, 3, 1).reshape(-1, 2).astype(int)}
     assert len(pairs) == 24 * 16
+
+
+def widest_gap(values):
+    """The longest stretch of the circle [0, 1) without a value."""
+    found = np.sort(values)
+    return np.diff(found, append=found[0] + 1).max()
+
+
+def test_over_time_single_pixels_see_all_directions():
+    """In six frames a pixel of the printed pattern and of the spread one sees every sixth of the half turn, of the fine
+    one just a sixteenth of it; of every other frame, which a shifted filter takes apart, only the spread one thirds."""
+    gaps = {}
+    for name in ("spatial_4x4", "spatial_4x4_fine", "spatial_4x4_spread"):
+        rotations = np.array([image(name, f, size=4)[0][2, 1] for f in range(6)])
+        gaps[name] = [widest_gap(part) * 96 for part in (rotations, rotations[::2], rotations[1::2])]
+    # In directions of the fine grid; float32 keeps 24 digits.
+    assert gaps["spatial_4x4"] == pytest.approx([16, 64, 64], abs=1e-4)
+    assert gaps["spatial_4x4_fine"] == pytest.approx([91, 94, 94], abs=1e-4)
+    assert gaps["spatial_4x4_spread"] == pytest.approx([17, 32, 32], abs=1e-4)
 
 
 def test_the_printed_formula_has_four_directions():
@@ -195,7 +222,7 @@ def test_sobol_is_the_sequence_with_digits_flipped_by_those_before():
     """What Owen's scrambling keeps is how long two numbers agree; all else about them is random."""
     n = 80
     got = np.stack([image("sobol", f, seed=3, size=4) for f in range(n)])
-    plain = sobol.points(n)
+    plain = sobol.points(2**7)[np.arange(n) ^ (np.arange(n) >> 1)]
     for dimension in range(2):
         want = leading(plain[:, None, dimension], plain[None, :, dimension])
         numbers = got[:, dimension].reshape(n, -1).T
@@ -236,13 +263,12 @@ def test_scrambles_of_pixels_are_independent_trees():
 @pytest.mark.parametrize("seed", [0, 7])
 @pytest.mark.parametrize("frame_index", [0, 1, 100_000])
 def test_blue_noise_is_the_mask_moved_on(frame_index, seed):
-    """frac(mask + frame · (1/g, 1/g²)) in integers of 32 digits, of which 24 are kept."""
+    """frac(mask + frame · (golden ratio, √2)) in integers of 32 digits, of which 24 are kept."""
     mask = np.array(mask_values(), dtype=np.int64).reshape(64, 64, 2)
     word = (seed * 0x9E3779B1) % 2**32
     mask = np.roll(mask, (-(word >> 20 & 63), -(word >> 26)), axis=(0, 1))
-    g = np.roots([1, 0, -1, -1]).real.max()
     got = image("blue_noise", frame_index, seed, size=96)
-    for channel, step in enumerate((1 / g, 1 / g**2)):
+    for channel, step in enumerate(((np.sqrt(5) - 1) / 2, np.sqrt(2) - 1)):
         shift = (frame_index * round(step * 2**32)) % 2**32 >> 8
         want = (np.tile(mask[..., channel], (2, 2))[:96, :96] * 256 + shift) % 2**24 / 2**24
         # Sums above 1 have 23 digits after the point.
