@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 from bench import __main__ as runner
-from bench import device, directions, forward, gradient, growth, methods, overhead, pyramid, threads
+from bench import device, directions, forward, gradient, growth, methods, overhead, pipeline, pyramid, threads
 from bench.harness import agreement, clock, goals, package, reference, table, work
 from bench.harness.options import ROOT, Options, child
 from bench.harness.twins import convention, numpy_twin
@@ -178,7 +178,7 @@ def test_the_runner_writes_a_record(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "section", [forward, gradient, methods, directions, pyramid, growth, threads, overhead, device]
+    "section", [forward, gradient, methods, directions, pyramid, pipeline, growth, threads, overhead, device]
 )
 @pytest.mark.parametrize("name", ["cpu", "kernels"])
 def test_a_section_runs(section, name, monkeypatch):

@@ -27,6 +27,7 @@ SECTIONS = (
     "methods",
     "directions",
     "pyramid",
+    "pipeline",
     "growth",
     "threads",
     "overhead",
