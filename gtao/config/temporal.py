@@ -100,7 +100,8 @@ class TemporalFilter:
             in directions. Gradients flow through this frame; the history has none.
 
         Raises:
-            ConfigError: ``ao`` is no estimate, ``g`` no frame or ``history`` no history, or it holds other channels.
+            ConfigError: ``ao`` is no estimate, ``g`` no frame or ``history`` no history, or it holds other channels;
+                or a function is being recorded by ``dr.freeze``, which would replay the first frame's history.
             ShapeError: the estimate is not of this frame, or the history of frames of another size.
         """
         from gtao.estimators.temporal import accumulate

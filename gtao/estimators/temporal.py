@@ -26,6 +26,8 @@ def accumulate(ao: AmbientOcclusion, g: GBuffer, temporal: TemporalFilter, histo
         return ao
     if not isinstance(history, History):
         raise ConfigError(f"history must be a gtao.History, got {type(history).__name__}")
+    if dr.flag(dr.JitFlag.FreezingScope):
+        raise ConfigError("inside dr.freeze a history would stay that of the recorded frame; take the step outside")
     channels, before = _channels(ao, g), history.contents
     motion = _motion(g, before)
     if before is None:

@@ -360,6 +360,23 @@ def test_errors_leave_the_history_as_it_was():
     assert history.shape == (6, 8)
 
 
+def test_a_history_is_not_frozen():
+    """What dr.freeze recorded would be replayed with the history of the first frame."""
+    z, history = np.full((HEIGHT, WIDTH), 2.0), gtao.History()
+    view_z, image = (dr.opaque(dr.tensor_t(gtao.backend.default_float())(v)) for v in (z, z / 4))
+
+    @dr.freeze
+    def step(view_z, image, history):
+        g = gtao.GBuffer(view_z, None, CAMERA, validate=False)
+        return gtao.TemporalFilter().step(gtao.AmbientOcclusion(visibility=image), g, history).visibility
+
+    assert np.array_equal(step(view_z, image, None).numpy(), z / 4)
+    with pytest.raises(RuntimeError) as caught:
+        step(view_z, image, history)
+    assert isinstance(caught.value.__cause__, gtao.ConfigError)
+    assert history.is_empty
+
+
 def test_a_copy_is_a_state_to_come_back_to():
     z, history, results = terrain(), gtao.History(), []
     g = frame(z)
