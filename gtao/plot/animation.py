@@ -162,10 +162,10 @@ def video_frame(
     pictures = np.concatenate([panels[0], gap, panels[1], gap, panels[2]], axis=1)
     strip = Image.new("RGB", (pictures.shape[1], _STRIP), (_PAPER,) * 3)
     draw = ImageDraw.Draw(strip)
-    words = (("ray-traced truth", f"frame {frame}"), (name, f"RMSE {rmse:.4f}"), ("|error|", ""))
+    words = (("ray-traced truth", f"frame {frame}"), _two_lines(name, width - 8), (f"|error|, RMSE {rmse:.4f}", ""))
     for i, (first, second) in enumerate(words):
         left = i * (width + _GAP) + 4
-        draw.text((left, 2), _fitting(first, width - 8), font=_font(), fill=(_TEXT,) * 3)
+        draw.text((left, 2), first, font=_font(), fill=(_TEXT,) * 3)
         draw.text((left, 2 + _LINE), second, font=_font(), fill=(_FAINT,) * 3)
     _scale(draw, 2 * (width + _GAP) + 4, width - 8, limit)
     return np.concatenate([np.asarray(strip), pictures])
@@ -175,6 +175,14 @@ def video_frame(
 def _font() -> ImageFont.FreeTypeFont:
     """The font that comes with Matplotlib, so that letters are the same everywhere."""
     return ImageFont.truetype(str(Path(mpl.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"), _LETTERS)
+
+
+def _two_lines(name: str, width: float) -> tuple[str, str]:
+    """A name, its options on the second line where they do not fit on the first."""
+    if _font().getlength(name) <= width:
+        return name, ""
+    first, _, rest = name.partition(",")
+    return _fitting(first, width), _fitting(rest, width)
 
 
 def _fitting(text: str, width: float) -> str:

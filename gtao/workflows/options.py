@@ -6,10 +6,31 @@ from collections.abc import Iterable
 from dataclasses import fields, is_dataclass
 from typing import Any
 
-from gtao.config import Pipeline, method_from_dict, named
+from gtao.config import (
+    BilateralUpsample,
+    BilinearUpsample,
+    Downsample,
+    EdgeAwareFilter,
+    NearestDepthUpsample,
+    Pipeline,
+    PlaneAwareFilter,
+    PlaneAwareUpsample,
+    SpatialFilter,
+    TemporalFilter,
+    method_from_dict,
+    named,
+)
 from gtao.errors import ConfigError
 
 __all__ = ["changed_pipeline", "pipeline_from_options"]
+
+#: What each stage of a pipeline can be, which its fields leave open.
+_STAGES: dict[str, Any] = {
+    "downsample": Downsample | None,
+    "spatial": SpatialFilter | EdgeAwareFilter | PlaneAwareFilter | None,
+    "temporal": TemporalFilter | None,
+    "upsample": BilateralUpsample | BilinearUpsample | NearestDepthUpsample | PlaneAwareUpsample | None,
+}
 
 
 def pipeline_from_options(method: str, settings: Iterable[str] = (), radius: float | None = None) -> Pipeline:
@@ -70,6 +91,8 @@ def _number(key: str, text: str) -> Any:
 def _set(described: dict[str, Any], config: Any, path: list[str], text: str, values: dict[str, str]) -> None:
     """Change one value of a description, or of a part of it, which is made if need be."""
     hints = typing.get_type_hints(type(config), {"Pipeline": Pipeline})
+    if isinstance(config, Pipeline):
+        hints |= _STAGES
     names = [f.name for f in fields(config)]
     if path[0] not in names or len(path) > 2:
         known = (n if not _parts(hints[n]) else f"{n}.…" for n in names if n != "occlusion")

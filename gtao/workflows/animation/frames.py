@@ -53,17 +53,14 @@ def frames(
         source: the animation.
         config: settings.
         radius: reach of occluders in scene units.
-        views: fingerprints of the frames that are there already. A view that has been there keeps its truth, and so
-            its noise: what stands still is traced once.
-        cache: directory of truths.
+        views: fingerprints of the frames that are there already.
+        cache: directory of truths. All have the same random numbers: what stands still is traced once.
         tasks: makes the progress of a task.
     """
-    seen = {view: index for index, view in reversed(list(enumerate(views)))}
     if len(views) >= source.n_frames:
         return
     for frame in render.sequence(source.animation, range(len(views), source.n_frames)):
         view = render.fingerprint(frame.scene)
-        first = seen.setdefault(view, frame.index)
         truth, variance = kept_truth(
             frame.scene,
             0,
@@ -72,8 +69,7 @@ def frames(
             fingerprint=view,
             radius=radius,
             spp=config.spp,
-            # Noise of different frames is independent, as their errors are taken to be.
-            seed=config.seed + first,
+            seed=config.seed,
             progress=tasks("  truth"),
         )
         yield Frame(

@@ -1,7 +1,7 @@
 """The methods of an animation, from the words of a command line."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,7 +11,10 @@ from gtao.errors import ConfigError, GtaoError
 from gtao.io.jsontext import read_json
 from gtao.workflows.options import changed_pipeline, pipeline_from_options
 
-__all__ = ["Method", "methods_of"]
+__all__ = ["PIPELINES", "Method", "methods_of"]
+
+#: Pipelines that remember, each with one radius to set, beside the methods of :data:`gtao.config.NAMED`.
+PIPELINES: dict[str, Callable[[float], Pipeline]] = {"published-pipeline": Pipeline.as_published}
 
 
 @dataclass(frozen=True)
@@ -49,11 +52,14 @@ def methods_of(given: Sequence[str], settings: Sequence[str], radius: float) -> 
     for text in given:
         name, *own = text.split(",")
         options = [*settings, *own]
-        pipeline = (
-            changed_pipeline(_of_file(Path(name)), options)
-            if name.endswith(".json") and name not in NAMED
-            else pipeline_from_options(name, options, radius)
-        )
+        if name.endswith(".json"):
+            pipeline = changed_pipeline(_of_file(Path(name)), options)
+        elif name in PIPELINES:
+            pipeline = changed_pipeline(PIPELINES[name](radius), options)
+        elif name in NAMED:
+            pipeline = pipeline_from_options(name, options, radius)
+        else:
+            raise ConfigError(f"method must be one of {', '.join((*PIPELINES, *NAMED))}, or a .json file, got {name!r}")
         shown = ",".join([Path(name).stem if name.endswith(".json") else name, *own])
         found.append(Method(shown, _file_name(shown, {m.file for m in found}), pipeline))
     return found

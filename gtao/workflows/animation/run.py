@@ -44,7 +44,7 @@ class AnimateOutcome:
         width = max(len(m.name) for m in methods)
         lines = [
             f"{self.comparison.name}, {self.comparison.n_frames} frames",
-            f"  {'':{width}}    RMSE  flicker  ghost",
+            f"  {'':{width}}     RMSE  flicker      lag",
         ]
         for m in methods:
             cells = (m.numbers[key] for key in ("rmse", "flicker", "lag"))

@@ -13,8 +13,8 @@ __all__ = ["DEFAULT_METHODS", "AnimateConfig"]
 
 VideoFormat = Literal["auto", "mp4", "gif"]
 
-#: What a plain run shows: the estimate of a single frame, and the pipelines that remember.
-DEFAULT_METHODS = ("published", "recommended")
+#: What a plain run shows: the published pipeline, and the best that a single frame gives.
+DEFAULT_METHODS = ("published-pipeline", "recommended")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,8 +24,8 @@ class AnimateConfig(StudySettings):
     Args:
         animation: name of an embedded animation, or a scene: the name of an embedded one or a Mitsuba XML file, whose
             first camera stands still unless ``path`` or ``orbit`` moves it.
-        methods: what to run, each a name from :data:`gtao.config.NAMED` or a JSON file that describes a method, with
-            options behind commas: ``published,n_slices=2``.
+        methods: what to run, each "published-pipeline", a name from :data:`gtao.config.NAMED`, or a JSON file that
+            describes a method, with options behind commas: ``published-pipeline,temporal.clamp=false``.
         settings: options of all methods, ``key=value``.
         frames: number of frames; None for the animation's own.
         path: JSON file that moves a scene, see :func:`gtao.workflows.animation.sources.read_path`.
@@ -87,8 +87,8 @@ class AnimateConfig(StudySettings):
             raise ConfigError(f"video must be one of {', '.join(get_args(VideoFormat))}, got {self.video!r}")
         if not 0 < self.error_limit <= 1:
             raise ConfigError(f"error_limit must lie in (0, 1], got {self.error_limit}")
-        if not 0 <= self.seed < 2**31:
-            raise ConfigError(f"seed must lie in [0, 2**31), got {self.seed}")
+        if not 0 <= self.seed < 2**32:
+            raise ConfigError(f"seed must lie in [0, 2**32), got {self.seed}")
 
     def of_frames(self) -> dict[str, Any]:
         """The settings that frames depend on, and not only what becomes of them."""
