@@ -1,11 +1,12 @@
 """Estimating at a part of the resolution: how a frame is made smaller, and its estimate large again."""
 
+import math
 from dataclasses import dataclass
 from typing import Any, Literal
 
 from gtao.errors import ConfigError
 
-from ._checks import check_choice, check_positive
+from ._checks import check_choice, check_number, check_positive
 from .codec import to_dict
 
 __all__ = ["BilateralUpsample", "BilinearUpsample", "Downsample", "NearestDepthUpsample", "PlaneAwareUpsample"]
@@ -93,20 +94,25 @@ class BilateralUpsample:
 
 @dataclass(frozen=True, kw_only=True)
 class PlaneAwareUpsample:
-    """Bilinear weights of the 2×2 texels around a pixel times 1 / (1 + (d / tolerance)⁴), d by tangent planes.
+    """Bilinear weights of the 2×2 texels around a pixel times 1 / (1 + (d / tolerance)⁴ + e²), by tangent planes.
 
     Theory, eqs. (184) to (186). d is the larger of a texel's distance from the pixel's tangent plane and of the
-    pixel's from the texel's. Planes at any tilt are interpolated bilinearly, and nothing crosses a depth edge. A pixel
-    whose surface is not among its 2×2 texels takes the texel of the 4×4 around it that is nearest in this sense.
+    pixel's from the texel's, e grows with the angle between the normals. Planes at any tilt are interpolated
+    bilinearly, and nothing crosses a depth edge. A pixel whose surface is not among its 2×2 texels takes the texel of
+    the 4×4 around it that is nearest in this sense.
 
     Args:
         tolerance: distance that halves a weight, in widths of a small pixel at that depth.
+        angle: between the normals, in radians up to π, that halves a weight.
     """
 
     tolerance: float = 0.5
+    angle: float = 0.5
 
     def __post_init__(self) -> None:
         check_positive("tolerance", self.tolerance)
+        if not 0 < check_number("angle", self.angle) <= math.pi:
+            raise ConfigError(f"angle must lie in (0, pi], got {self.angle!r}")
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values that :func:`gtao.method_from_dict` turns back into the same configuration."""

@@ -88,7 +88,7 @@ def cells_of(precision, field, small):
     return resolution.Cells.of(field.view_z.shape, small.view_z.shape, *numbers, precision.types)
 
 
-def weights_of(precision, field, small, method, threshold):
+def weights_of(precision, field, small, method, threshold, angle):
     cells = cells_of(precision, field, small)
     texels = cells.nearest()
     z, small_z = lanes(precision, field.view_z), lanes(precision, small.view_z)
@@ -100,7 +100,7 @@ def weights_of(precision, field, small, method, threshold):
     else:
         own = resolution.Surface(z, lanes(precision, field.normal_v), view_of(precision, field))
         other = resolution.Surface(small_z, lanes(precision, small.normal_v), view_of(precision, small))
-        texels, weights = resolution.planes(cells, own, other, precision.Float(threshold))
+        texels, weights = resolution.plane_aware(cells, own, other, precision.Float(threshold), precision.Float(angle))
     matrix = np.zeros((field.view_z.size, small.view_z.size))
     for t, w in zip(texels, weights, strict=True):
         np.add.at(matrix, (np.arange(len(matrix)), np.array(t.index)), np.broadcast_to(np.array(w), len(matrix)))
@@ -110,15 +110,21 @@ def weights_of(precision, field, small, method, threshold):
 @pytest.mark.parametrize("orthographic", [False, True])
 @pytest.mark.parametrize("factor", [2, 4])
 @pytest.mark.parametrize(
-    ("method", "threshold"),
-    [("bilinear", None), ("nearest_depth", 0.05), ("bilateral", 0.05), ("planes", 0.5), ("planes", 0.02)],
+    ("method", "threshold", "angle"),
+    [
+        ("bilinear", None, None),
+        ("nearest_depth", 0.05, None),
+        ("bilateral", 0.05, None),
+        ("planes", 0.5, 3.0),
+        ("planes", 0.02, 0.3),
+    ],
 )
 @pytest.mark.parametrize(("choice", "place"), [("nearest", "centre"), ("farthest", "texel")])
-def test_weights(precision, orthographic, factor, method, threshold, choice, place):
+def test_weights(precision, orthographic, factor, method, threshold, angle, choice, place):
     field = rough(orthographic)
     small = oracle.downsampled(field, factor, choice, place)
-    want = oracle.upsampling(field, small, method, threshold)
-    got = weights_of(precision, field, small, method, threshold)
+    want = oracle.upsampling(field, small, method, threshold, angle)
+    got = weights_of(precision, field, small, method, threshold, angle)
     surface = np.isfinite(field.view_z).ravel()
     # Every pixel of a surface gets a value.
     assert (want.sum(axis=1)[surface] > 0).all()

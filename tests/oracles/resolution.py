@@ -88,11 +88,11 @@ def _within(shape, j, i):
     return min(max(j, 0), shape[0] - 1), min(max(i, 0), shape[1] - 1)
 
 
-def falloff(d):
-    return 1 / (1 + min(d, 1e6) ** 4)
+def falloff(d, e=0.0):
+    return 1 / (1 + min(d, 1e6) ** 4 + e**2)
 
 
-def upsampling(field: Field, small: Field, method, threshold=None):
+def upsampling(field: Field, small: Field, method, threshold=None, angle=0.5):
     """(H W, h w) weights before normalisation of "bilinear", "nearest_depth", "bilateral" or "planes"."""
     shape, small_shape = field.view_z.shape, small.view_z.shape
     weights = np.zeros((field.view_z.size, small.view_z.size))
@@ -106,12 +106,15 @@ def upsampling(field: Field, small: Field, method, threshold=None):
         u, v = (s * (p + 0.5) + o for s, p, o in zip(scale, (x, y), offset, strict=True))
         row = weights[y * shape[1] + x]
 
-        def apart(q, p=(y, x)):
-            """Distance from each other's tangent planes, in small pixels."""
+        def alike(q, p=(y, x)):
+            """Falloff by the distance from each other's tangent planes and by the turn of the normals."""
             D = small_points[q] - points[p]
             mean = 1.0 if field.orthographic else (field.view_z[p] + small.view_z[q]) / 2
             width = mean / min(small.scale)
-            return max(abs(D @ field.normal_v[p]), abs(D @ small.normal_v[q])) / width
+            d = max(abs(D @ field.normal_v[p]), abs(D @ small.normal_v[q])) / width / threshold
+            # How long the chord between the normals is beside one that spans the angle, squared.
+            chord = np.linalg.norm(field.normal_v[p] - small.normal_v[q]) / (2 * np.sin(angle / 2))
+            return falloff(d, chord**2)
 
         near = [((j, i), share) for j, i, share in texels(small_shape, u, v) if np.isfinite(small.view_z[j, i])]
         steps = [abs(small.view_z[q] - z) for q, _ in near]
@@ -125,15 +128,15 @@ def upsampling(field: Field, small: Field, method, threshold=None):
         elif method == "bilateral":
             counts = [share * falloff(s / (threshold * z)) for (_, share), s in zip(near, steps, strict=True)]
         else:
-            counts = [share * falloff(apart(q) / threshold) for q, share in near]
+            counts = [share * alike(q) for q, share in near]
         for (q, _), count in zip(near, counts, strict=True):
             row[q[0] * small_shape[1] + q[1]] += count
         total = sum(counts)
         if method == "planes" and total < 1 / 16:
             many = [q for q in wider(small_shape, u, v) if np.isfinite(small.view_z[q])]
             if many:
-                best = min(many, key=apart)
-                row[best[0] * small_shape[1] + best[1]] += (1 - 16 * total) / 4 * falloff(apart(best) / threshold)
+                best = max(many, key=alike)
+                row[best[0] * small_shape[1] + best[1]] += (1 - 16 * total) / 4 * alike(best)
     return weights
 
 

@@ -2,7 +2,7 @@
 
 from .blocks import Blocks, at_centre
 from .cells import Cells, Texel, mean
-from .planes import Surface, planes
+from .planes import Surface, plane_aware
 from .weights import bilateral, bilinear, nearest_depth
 
 __all__ = [
@@ -15,5 +15,5 @@ __all__ = [
     "bilinear",
     "mean",
     "nearest_depth",
-    "planes",
+    "plane_aware",
 ]

@@ -78,8 +78,9 @@ def mean(weights, texels, channels, otherwise, types):
     """
     total, sums = types.Float(0), [types.Float(0)] * len(channels)
     for weight, texel in zip(weights, texels, strict=True):
-        total = total + weight
-        sums = [dr.fma(weight, dr.gather(types.Float, c, texel.index), s) for c, s in zip(channels, sums, strict=True)]
+        # Whatever stands where there is no surface is not read, be it NaN.
+        values = [dr.gather(types.Float, c, texel.index, weight > 0) for c in channels]
+        total, sums = total + weight, [dr.fma(weight, v, s) for v, s in zip(values, sums, strict=True)]
     there = total > 0
     rcp = 1 / dr.select(there, total, 1)
     return tuple(dr.select(there, s * rcp, o) for s, o in zip(sums, otherwise, strict=True))

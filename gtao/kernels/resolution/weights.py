@@ -2,16 +2,15 @@
 
 import drjit as dr
 
-__all__ = ["bilateral", "bilinear", "falloff", "nearest_depth"]
+__all__ = ["bilateral", "bilinear", "fourth_power", "nearest_depth"]
 
 # Multiples of a threshold beyond which all is equally far: fourth powers stay within single precision.
 FARTHEST = 1e6
 
 
-def falloff(d):
-    """1 / (1 + d⁴): near 1 up to half a threshold, 1/2 at one, and small but never zero beyond."""
-    d2 = dr.square(dr.select(d < FARTHEST, d, FARTHEST))
-    return 1 / dr.fma(d2, d2, 1)
+def fourth_power(d):
+    """d⁴ of a distance in thresholds: 1 / (1 + d⁴) is near 1 up to a half, 1/2 at one, small but never zero beyond."""
+    return dr.square(dr.square(dr.select(d < FARTHEST, d, FARTHEST)))
 
 
 def _depths(view_z, small_z, texels, types):
@@ -62,7 +61,7 @@ def bilateral(view_z, small_z, texels, threshold, types):
         threshold: share of the depth.
     """
     z, depths, there = _depths(view_z, small_z, texels, types)
-    scale = 1 / (threshold * z)
-    return [
-        dr.select(ok, t.share * falloff(abs(d - z) * scale), 0) for t, d, ok in zip(texels, depths, there, strict=True)
-    ]
+    scale, weights = 1 / (threshold * z), []
+    for t, d, ok in zip(texels, depths, there, strict=True):
+        weights.append(dr.select(ok, t.share / (1 + fourth_power(abs(d - z) * scale)), 0))
+    return weights
