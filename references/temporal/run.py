@@ -27,7 +27,7 @@ from sources import kept_pictures, rounded  # noqa: E402
 
 SCENES = ("cornell", "stairs", "arcade", "city", "corner_boxes")
 FULL = {
-    "still": {"scenes": SCENES, "resolution": 256, "spp": 256, "frames": 48},
+    "still": {"scenes": SCENES, "resolution": 256, "spp": 256, "frames": 48, "cycles": 10},
     "patterns": {"scenes": SCENES, "resolution": 192, "spp": 128, "frames": 48},
     "ghosts": {
         "animations": ("passing_object", "thin_bars", "orbit", "fast_rotation", "cut"),
@@ -48,8 +48,8 @@ FULL = {
     },
 }
 QUICK = {
-    "still": {"scenes": SCENES[:2], "resolution": 48, "spp": 32, "frames": 26},
-    "patterns": {"scenes": SCENES[:2], "resolution": 48, "spp": 32, "frames": 8},
+    "still": {"scenes": SCENES[:2], "resolution": 48, "spp": 32, "frames": 26, "cycles": 2},
+    "patterns": {"scenes": SCENES[:2], "resolution": 48, "spp": 32, "frames": 12},
     "ghosts": {"width": 64, "height": 36, "frames": 16, "spp": 16},
     "windows": {"width": 64, "height": 36, "frames": 16, "spp": 16},
 }
@@ -61,11 +61,22 @@ PARTS = {
 }
 #: Variants that the picture of settling shows.
 SHOWN = (variants.PUBLISHED, "no spatial filter", "no temporal filter", "full resolution", "no clamp")
-#: What stands across it.
+#: Scenes that the picture of noise patterns shows.
+PATTERN_SCENES = 2
+#: What stands across the picture of settling.
 LEVELS = {
     "96 directions, half resolution": lambda row, key: row["singles"]["half resolution"][key],
     "limit behind the filters": lambda row, key: row["filtered limit"][key],
 }
+
+
+def at(config):
+    """Numbers of frames that curves have a value for."""
+    return [k for k in still.KEPT if k <= config["frames"]]
+
+
+def errors(row):
+    return row["rmse"] if isinstance(row, dict) else row
 
 
 def figures(numbers, config):
@@ -74,7 +85,11 @@ def figures(numbers, config):
     if "still" in numbers:
         for key, label in (("limit", "RMSE to the dense limit"), ("truth", "RMSE to ray-traced truth")):
             drawn[f"settling-{key}"] = gtao.plot.settling_curves(
-                {s: {name: row["variants"][name][key] for name in SHOWN} for s, row in numbers["still"].items()},
+                {
+                    s: {name: errors(row["variants"][name][key]) for name in SHOWN}
+                    for s, row in numbers["still"].items()
+                },
+                at=at(config["still"]),
                 levels={
                     s: {name: level(row, key) for name, level in LEVELS.items()} for s, row in numbers["still"].items()
                 },
@@ -83,7 +98,12 @@ def figures(numbers, config):
             )
     if "patterns" in numbers:
         drawn["patterns"] = gtao.plot.settling_curves(
-            {s: {name: row["limit"] for name, row in rows.items()} for s, rows in numbers["patterns"].items()},
+            {
+                f"{s}, {clamp}": {name: row["jittered"]["rmse"] for name, row in rows.items()}
+                for s, by_clamp in list(numbers["patterns"].items())[:PATTERN_SCENES]
+                for clamp, rows in by_clamp.items()
+            },
+            at=at(config["patterns"]),
             ylabel="RMSE to the dense limit",
             log=True,
         )

@@ -2,12 +2,13 @@
 
 import sys
 
-import numpy as np
 import variants
 
 import gtao
 
 SEED = 0
+#: Numbers of frames that curves keep.
+KEPT = (1, 2, 3, 4, 6, 8, 12, 18, 24, 36, 48)
 
 
 class View:
@@ -21,14 +22,14 @@ class View:
         self.mask = self.g.mask.numpy()
         truth = gtao.render.visibility(self.scene, self.g, self.radius, config["spp"], SEED, bent_normal=False)
         self.truth, self.variance = truth.mean.numpy().astype(float), truth.variance.numpy().astype(float)
-        whole = variants.published(self.radius)
-        self.limits = {
-            "half": variants.limits(self.radius, whole, self.g),
-            "full": variants.limits(self.radius, variants.stages(self.radius)["full resolution"], self.g),
-        }
+        self._limits = {}
 
     def limits_of(self, pipeline):
-        return self.limits["full" if pipeline.downsample is None else "half"]
+        """Limits at the resolution of a pipeline, brought back to full size as it does."""
+        key = pipeline.downsample, pipeline.upsample
+        if key not in self._limits:
+            self._limits[key] = variants.limits(pipeline, self.g)
+        return self._limits[key]
 
     def off_truth(self, image):
         return gtao.evaluate.corrected_rmse(image, self.truth, self.variance, mask=self.mask)
@@ -45,20 +46,27 @@ class View:
         for _ in range(n):
             yield pipeline.step(self.g, history).visibility.numpy().astype(float)
 
-    def curve(self, pipeline, n):
-        """Errors of every frame, and flicker once the filter has settled."""
-        limits, meter = self.limits_of(pipeline), gtao.evaluate.FlickerMeter()
-        found = {"truth": [], "limit": [], "bias": [], "jittered bias": []}
-        for k, image in enumerate(self.frames(pipeline, n)):
-            found["truth"].append(self.off_truth(image))
-            found["limit"].append(self.rmse(image, limits["limit"]))
-            found["bias"].append(self.bias(image, limits["limit"]))
-            found["jittered bias"].append(self.bias(image, limits["jittered"]))
-            if k >= n // 2:
+    def curve(self, pipeline, n, limits):
+        """Errors after the frames that are kept, against the truth and some limits, and flicker in the second half."""
+        meter = gtao.evaluate.FlickerMeter()
+        found = {"truth": []} | {key: {"rmse": [], "bias": []} for key in limits}
+        for k, image in enumerate(self.frames(pipeline, n), 1):
+            if k > n // 2:
                 meter.add(image, mask=self.mask)
+            if k in KEPT:
+                found["truth"].append(self.off_truth(image))
+                for key in limits:
+                    limit = self.limits_of(pipeline)[key]
+                    found[key]["rmse"].append(self.rmse(image, limit))
+                    found[key]["bias"].append(self.bias(image, limit))
         found["flicker"] = meter.result().deviation
-        found["slope"], found["slope error"] = gtao.evaluate.drift(found["bias"], min(variants.CYCLE, n - 3))
         return found
+
+    def cycles(self, pipeline, n):
+        """Bias in the last frame of each cycle of the slides' tables."""
+        limit = self.limits_of(pipeline)["limit"]
+        images = self.frames(pipeline, n * variants.CYCLE)
+        return [self.bias(image, limit) for k, image in enumerate(images, 1) if k % variants.CYCLE == 0]
 
     def filtered_limit(self):
         """The limit behind the filters: what is left of errors that no number of frames takes away."""
@@ -66,7 +74,7 @@ class View:
         alone = variants.without_past(whole, variants.DIRECTIONS)
         frames = [k + parity for k in range(0, variants.CYCLE, 6) for parity in (0, 1)]
         image = variants.mean_of(alone, self.g, frames)
-        limit = self.limits["half"]["limit"]
+        limit = self.limits_of(whole)["limit"]
         return {
             "truth": self.off_truth(image),
             "limit": self.rmse(image, limit),
@@ -79,7 +87,8 @@ def measure(config):
     numbers = {}
     for name in config["scenes"]:
         view = View(name, config)
-        half = view.limits["half"]
+        whole = variants.published(view.radius)
+        half = view.limits_of(whole)
         row = {
             "radius": view.radius,
             "noise": gtao.evaluate.noise_floor(view.variance, mask=view.mask),
@@ -101,30 +110,28 @@ def measure(config):
             limit = view.limits_of(pipeline)["limit"]
             row["singles"][label] = {"truth": view.off_truth(image), "limit": view.rmse(image, limit)}
         for label, pipeline in variants.stages(view.radius).items():
-            row["variants"][label] = view.curve(pipeline, config["frames"])
+            row["variants"][label] = view.curve(pipeline, config["frames"], ("limit", "jittered"))
+        row["cycles"] = {
+            label: view.cycles(variants.stages(view.radius)[label], config["cycles"])
+            for label in (variants.PUBLISHED, "no clamp")
+        }
         numbers[name] = row
         ours, single = row["variants"][variants.PUBLISHED], row["singles"]["half resolution"]
-        k = min(variants.CYCLE, config["frames"]) - 1
-        print(f"{name}: {ours['truth'][k] / single['truth']:.3f}, bias {ours['bias'][k]:+.4f}", file=sys.stderr)
+        k = KEPT.index(variants.CYCLE)
+        print(
+            f"{name}: {ours['truth'][k] / single['truth']:.3f}, bias {ours['limit']['bias'][k]:+.4f}", file=sys.stderr
+        )
     return numbers
 
 
 def measure_patterns(config):
-    """Scene -> noise pattern -> errors of the unbiased limit after some numbers of frames, and flicker."""
+    """Scene -> "clamp" or "no clamp" -> noise pattern -> errors over the frames, and flicker."""
     numbers = {}
     for name in config["scenes"]:
         view = View(name, config)
         numbers[name] = {}
-        for label, pipeline in variants.patterns(view.radius).items():
-            images = list(view.frames(pipeline, config["frames"]))
-            limit = view.limits["half"]["jittered"]
-            meter = gtao.evaluate.FlickerMeter()
-            for image in images[len(images) // 2 :]:
-                meter.add(image, mask=view.mask)
-            numbers[name][label] = {
-                "limit": [view.rmse(image, limit) for image in images],
-                "truth": [view.off_truth(image) for image in images],
-                "bias": float(np.mean([view.bias(image, limit) for image in images[len(images) // 2 :]])),
-                "flicker": meter.result().deviation,
-            }
+        for clamp in (True, False):
+            rows = numbers[name]["clamp" if clamp else "no clamp"] = {}
+            for label, pipeline in variants.patterns(view.radius, clamp).items():
+                rows[label] = view.curve(pipeline, config["frames"], ("jittered",))
     return numbers

@@ -49,9 +49,10 @@ def singles(radius):
     }
 
 
-def patterns(radius):
-    """Noise pattern -> the published pipeline with it."""
+def patterns(radius, clamp):
+    """Noise pattern -> the published pipeline with it, with or without the clamp."""
     whole = published(radius)
+    whole = replace(whole, temporal=replace(whole.temporal, clamp=clamp))
     names = (
         "spatial_4x4",
         "spatial_4x4_fine",
@@ -78,6 +79,7 @@ def clamps(radius):
         "clamp, closed window": clamped(clamp_window=0.0),
         "clamp, open window": clamped(velocity_weighting=False),
         PUBLISHED: whole,
+        "window of small speeds": clamped(velocity_scale_px=0.25),
         "no clamp, no depth test": clamped(clamp=False, disocclusion=1e6),
         "no spatial filter": replace(whole, spatial=None),
     }
@@ -103,7 +105,7 @@ def mean_of(pipeline, g, frames):
     return np.mean([pipeline.step(g, frame_index=i).visibility.numpy().astype(float) for i in frames], axis=0)
 
 
-def limits(radius, pipeline, g):
+def limits(pipeline, g):
     """What unfiltered estimates of a pipeline's resolution are the mean of, (H, W) each.
 
     "limit": 96 directions at each of the four offsets of the slides. "jittered": offsets that are even in [0, 1), as
