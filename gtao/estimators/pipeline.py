@@ -12,9 +12,10 @@ from gtao.history import History
 from gtao.results import AmbientOcclusion, Stages
 
 from .denoise import denoise
+from .downsample import downsample
 from .estimate import check_frame
 from .occlusion import ambient_occlusion
-from .resolution import downsample, upsample
+from .upsample import upsample
 
 __all__ = ["run_pipeline"]
 
