@@ -70,14 +70,18 @@ class SpatialFilter:
     Args:
         threshold: difference from the predicted depth, as a share of the depth, from which a tap counts nothing.
         derivatives: "first" follows slopes, "second" their change too; "none" takes every slope for an edge.
+        planar: take the derivatives of 1 / depth instead, in perspective. Planes are linear in it, so that the first
+            ones predict them exactly at any tilt; not in the slides.
     """
 
     threshold: float = 0.1
     derivatives: Derivatives = "second"
+    planar: bool = False
 
     def __post_init__(self) -> None:
         check_positive("threshold", self.threshold)
         check_choice("derivatives", self.derivatives, Derivatives)
+        check_flag("planar", self.planar)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values that :func:`gtao.method_from_dict` turns back into the same configuration."""

@@ -129,9 +129,10 @@ def _edge_aware(channels: Channels, g: GBuffer, f: EdgeAwareFilter, _odd_frame: 
 def _bilateral(channels: Channels, g: GBuffer, f: SpatialFilter, odd_frame: bool) -> Channels:
     grid, one = _grid(g), g.types.Float(1)
     order = ("none", "first", "second").index(f.derivatives)
+    inverse = f.planar and not g.camera.is_orthographic
 
     def average(images, depth, numbers):
-        taps = filters.bilateral_taps(*depth, *numbers, order, grid, odd_frame)
+        taps = filters.bilateral_taps(*depth, *numbers, order, grid, odd_frame, inverse)
         return filters.weighted_mean(one, taps, grid, images)
 
     return _one_pass(average, channels, (g.view_z.array,), (f.threshold,), g)

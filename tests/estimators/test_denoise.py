@@ -13,6 +13,7 @@ FILTERS = {
     "edge-aware, 3 passes": gtao.EdgeAwareFilter(passes=3, quantised_edges=False),
     "bilateral": gtao.SpatialFilter(),
     "bilateral, no derivatives": gtao.SpatialFilter(derivatives="none"),
+    "bilateral, planar": gtao.SpatialFilter(derivatives="first", planar=True),
     "planes": gtao.PlaneAwareFilter(),
     "planes, mean of 4": gtao.PlaneAwareFilter(size=4, fit="constant"),
 }

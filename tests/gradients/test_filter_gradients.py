@@ -44,6 +44,7 @@ FILTERS = {
     ),
     "bilateral": (gtao.SpatialFilter, {"threshold": 0.1}, ("view_z",)),
     "bilateral, slopes": (lambda **o: gtao.SpatialFilter(derivatives="first", **o), {"threshold": 0.06}, ("view_z",)),
+    "bilateral, planar": (lambda **o: gtao.SpatialFilter(planar=True, **o), {"threshold": 0.06}, ("view_z",)),
     "planes": (gtao.PlaneAwareFilter, {"tolerance": 0.5}, PLANES),
     "planes, mean of 4": (lambda **o: gtao.PlaneAwareFilter(size=4, fit="constant", **o), {"tolerance": 0.7}, PLANES),
 }

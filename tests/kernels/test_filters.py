@@ -90,14 +90,14 @@ def test_edge_aware_pass(precision, quantised, beta):
     assert np.abs(np.array(got) - want)[surface_of(field)].max() < TOLERANCES[precision.name]
 
 
-@pytest.mark.parametrize("odd_frame", [False, True])
+@pytest.mark.parametrize(("odd_frame", "planar"), [(False, False), (True, False), (True, True)])
 @pytest.mark.parametrize("order", [0, 1, 2])
-def test_bilateral_pass(precision, order, odd_frame):
+def test_bilateral_pass(precision, order, odd_frame, planar):
     field = rough()
     grid, values = grid_of(precision, field), values_of(field)
-    taps = filters.bilateral_taps(image(precision, field.view_z), 0.1, order, grid, odd_frame)
+    taps = filters.bilateral_taps(image(precision, field.view_z), 0.1, order, grid, odd_frame, planar)
     (got,) = filters.weighted_mean(precision.Float(1), taps, grid, (image(precision, values),))
-    want = oracle.average(oracle.bilateral_weights(field.view_z, 0.1, order, odd_frame), values)
+    want = oracle.average(oracle.bilateral_weights(field.view_z, 0.1, order, odd_frame, planar), values)
     assert np.abs(np.array(got) - want)[surface_of(field)].max() < TOLERANCES[precision.name]
 
 
@@ -122,6 +122,27 @@ def test_bilateral_weights_are_full_where_depth_is_a_polynomial_of_that_order(pr
         # Depths of up to 10 are rounded, and divided by thresholds of at least 0.3.
         assert weight[inside] == pytest.approx(1.0, abs={"float64": 1e-12, "float32": 1e-5}[precision.name])
         assert not weight[~inside].any()
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_planar_weights_are_full_on_a_plane_up_to_its_horizon(precision, order):
+    """1 / z = y + 0.3 x - 2 rises from 0 at the horizon, beyond which there is nothing."""
+    y, x = np.mgrid[:9, :9]
+    rise = y + 0.3 * x - 2
+    z = np.where(rise > 0.05, 1 / np.where(rise > 0.05, rise, 1), np.inf)
+    grid = filters.Grid.of(9, 9, precision.types)
+    for tap in filters.bilateral_taps(image(precision, z), 0.1, order, grid, inverse=True):
+        beside = [(x + a, y + b) for a, b in ((tap.dx, tap.dy), (0, 0))]
+        full = np.ones_like(z, dtype=bool)
+        for u, v in beside:
+            inside = (u >= 0) & (u < 9) & (v >= 0) & (v < 9)
+            full &= inside & (np.where(inside, v + 0.3 * u - 2, 0) > 0.05)
+        # A pixel with a single surface neighbour along an axis, or none, knows no slope.
+        known = np.isfinite(np.pad(z, 1, constant_values=np.inf))
+        known = (known[1:-1, 2:] | known[1:-1, :-2]) & (known[2:, 1:-1] | known[:-2, 1:-1])
+        weight = np.array(tap.weight).reshape(9, 9)
+        # Rounding of 1 / z, up to 7, magnified by the reciprocal of 0.05 and the threshold.
+        assert weight[full & known] == pytest.approx(1.0, abs={"float64": 1e-11, "float32": 2e-3}[precision.name])
 
 
 def plane_taps(precision, field, size, tolerance=0.5, view_z=None, odd_frame=False):

@@ -98,8 +98,11 @@ def edge_weights(view_z, links, beta, diagonal=0.425, leak_threshold=2.5, leak_s
     return weights
 
 
-def bilateral_weights(view_z, threshold=0.1, order=2, odd_frame=False):
-    """The slides' filter on the footprint {-1, 0, 1, 2}², on odd frames {-2, -1, 0, 1}²."""
+def bilateral_weights(view_z, threshold=0.1, order=2, odd_frame=False, planar=False):
+    """The slides' filter on the footprint {-1, 0, 1, 2}², on odd frames {-2, -1, 0, 1}².
+
+    ``planar`` extrapolates 1 / z; where that is not positive there is no surface to expect.
+    """
     offsets = range(-2, 2) if odd_frame else range(-1, 3)
     height, width = view_z.shape
     weights = np.zeros((height * width,) * 2)
@@ -113,13 +116,19 @@ def bilateral_weights(view_z, threshold=0.1, order=2, odd_frame=False):
             z = depth(x, y)
             if z is None:
                 continue
-            along = [parabola([depth(x + k * a, y + k * b) for k in range(-2, 3)], order) for a, b in ((1, 0), (0, 1))]
+            lines = [[depth(x + k * a, y + k * b) for k in range(-2, 3)] for a, b in ((1, 0), (0, 1))]
+            if planar:
+                lines = [[None if d is None else 1 / d for d in line] for line in lines]
+            along = [parabola(line, order) for line in lines]
             for dy in offsets:
                 for dx in offsets:
                     tap = depth(x + dx, y + dy)
                     if tap is None:
                         continue
-                    predicted = along[0](dx) + along[1](dy) - z
+                    predicted = along[0](dx) + along[1](dy) - (1 / z if planar else z)
+                    if planar and predicted <= 0:
+                        continue
+                    predicted = 1 / predicted if planar else predicted
                     weight = max(0.0, 1 - abs(tap - predicted) / (threshold * z))
                     weights[y * width + x, (y + dy) * width + x + dx] = weight
     return weights

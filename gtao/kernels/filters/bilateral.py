@@ -17,7 +17,7 @@ def ramp(z, predicted, scale):
     return dr.select(weight > 0, weight, 0)
 
 
-def bilateral_taps(view_z, threshold, derivatives, grid, odd_frame=False):
+def bilateral_taps(view_z, threshold, derivatives, grid, odd_frame=False, inverse=False):
     """Taps of the 4×4 filter; theory, the bilateral filter.
 
     Args:
@@ -25,11 +25,12 @@ def bilateral_taps(view_z, threshold, derivatives, grid, odd_frame=False):
         threshold: difference to the predicted depth, as a share of the pixel's depth, from which a tap counts nothing.
         derivatives: how many derivatives of depth the prediction uses, 0 to 2.
         odd_frame: which of the two footprints; see :func:`footprint`.
+        inverse: predict the reciprocal of depth, which is linear on planes in perspective.
     """
     centre = dr.select(dr.isfinite(view_z.own), view_z.own, 1)
     scale = 1 / (threshold * centre)
-    along_x = _derivatives(view_z, centre, (1, 0), derivatives, grid)
-    along_y = _derivatives(view_z, centre, (0, 1), derivatives, grid)
+    even = _reciprocal if inverse and derivatives else _itself
+    along_x, along_y = (_derivatives(view_z, centre, axis, derivatives, even, grid) for axis in ((1, 0), (0, 1)))
     taps = []
     offsets = [d for d, _ in footprint(SIZE, odd_frame)]
     for dy in offsets:
@@ -39,10 +40,22 @@ def bilateral_taps(view_z, threshold, derivatives, grid, odd_frame=False):
             index, there = grid.inside(dx, dy)
             z = grid.gather(view_z, index)
             there &= dr.isfinite(z)
-            predicted = centre + _taylor(along_x, dx) + _taylor(along_y, dy)
+            predicted = even(centre) + _taylor(along_x, dx) + _taylor(along_y, dy)
+            if even is _reciprocal:
+                # A plane has no depth beyond its horizon.
+                there &= predicted > 0
+                predicted = 1 / dr.select(there, predicted, 1)
             weight = ramp(dr.select(there, z, centre), predicted, scale)
             taps.append(Tap(index, dx, dy, dr.select(there, weight, 0)))
     return taps
+
+
+def _itself(z):
+    return z
+
+
+def _reciprocal(z):
+    return 1 / z
 
 
 def _taylor(derivatives, d):
@@ -50,8 +63,8 @@ def _taylor(derivatives, d):
     return dr.fma(second, 0.5 * d * d, first * d)
 
 
-def _derivatives(view_z, centre, axis, order, grid):
-    """First and second derivative of depth along an axis, per texel, from the side where depth changes less.
+def _derivatives(view_z, centre, axis, order, even, grid):
+    """First and second derivative of a function of depth along an axis, per texel, from the side where it changes less.
 
     The second difference is the smaller of the two that contain the step to that side: neither reaches across a depth
     edge that the other avoids.
@@ -61,11 +74,11 @@ def _derivatives(view_z, centre, axis, order, grid):
         return zero, zero
 
     def step(k):
-        """Depth at k texels along the axis less the centre's, and whether there is a surface."""
+        """The value at k texels along the axis less the centre's, and whether there is a surface."""
         index, there = grid.inside(k * axis[0], k * axis[1])
         z = grid.gather(view_z, index)
         there &= dr.isfinite(z)
-        return dr.select(there, z, centre) - centre, there
+        return even(dr.select(there, z, centre)) - even(centre), there
 
     (ahead, has_ahead), (behind, has_behind) = step(1), step(-1)
     forward = has_ahead & (~has_behind | (abs(ahead) <= abs(behind)))
