@@ -14,7 +14,7 @@ from gtao.tensors import scalar
 from .primary import PrimaryHits
 from .sensor import pixel_centre_rays, rotation
 from .sequence_poses import inverse
-from .sequence_stage import Stage, State
+from .sequence_stage import Stage, State, flat
 from .traceable import identity
 
 __all__ = ["Before", "trace_back"]
@@ -68,7 +68,7 @@ def trace_back(hits: PrimaryHits, stage: Stage, now: State, before: State, pose_
     position = mi.Vector3f(*(dr.fma(r[0], p.x, dr.fma(r[1], p.y, dr.fma(r[2], p.z, r[3]))) for r in back))
     normal = mi.Vector3f(*(dr.fma(r[0], n.x, dr.fma(r[1], n.y, r[2] * n.z)) for r in back))
     still = np.array_equal(pose_before, hits.view_to_world) & np.array([np.array_equal(m, np.eye(4)) for m in matrices])
-    unmoved = dr.gather(mi.Bool, mi.Bool(still), rigid)
+    unmoved = dr.gather(mi.Bool, dr.opaque(mi.Bool(still)), rigid)
     if stage.deforming:
         moved, bent, same = _deformed(hits, ray, stage, now, before, slot - len(matrices))
         position += moved
@@ -97,11 +97,12 @@ def _view_rows(pose_before: np.ndarray, moved: np.ndarray) -> np.ndarray:
 
 def _gathered(matrices: np.ndarray, slot: Any) -> list[list[Any]]:
     """Entries, row by row, of the matrix of every lane."""
-    flat = mi.Float(np.ascontiguousarray(matrices, dtype=np.float32).ravel())
-    dr.make_opaque(flat)
+    entries = flat(matrices)
     _, n_rows, n_columns = matrices.shape
     first = slot * (n_rows * n_columns)
-    return [[dr.gather(mi.Float, flat, first + (i * n_columns + j)) for j in range(n_columns)] for i in range(n_rows)]
+    return [
+        [dr.gather(mi.Float, entries, first + (i * n_columns + j)) for j in range(n_columns)] for i in range(n_rows)
+    ]
 
 
 def _slots(hits: PrimaryHits, stage: Stage) -> Any:
@@ -112,8 +113,7 @@ def _slots(hits: PrimaryHits, stage: Stage) -> Any:
     table = np.zeros(ids.max() + 1, dtype=np.uint32)
     table[ids] = 1 + np.arange(len(ids))
     shape = identity(hits.si.shape)
-    known = mi.UInt32(table)
-    dr.make_opaque(known)
+    known = dr.opaque(mi.UInt32(table))
     return dr.gather(mi.UInt32, known, shape, hits.valid & (shape < dr.opaque(mi.UInt32, len(table))))
 
 
@@ -133,17 +133,17 @@ def _deformed(
         corner = mover.shape.face_indices(found.prim_index, here)
         a, b, c = _corners(before.deforming[key] - now.deforming[key], corner, here)
         moved = dr.select(here, dr.fma(1 - b1 - b2, a, dr.fma(b1, b, b2 * c)), moved)
-        flat = [_normal(_corners(vertices[key], corner, here)) for vertices in (now.deforming, before.deforming)]
-        facing = dr.dot(flat[0], dr.detach(hits.n_geo_w)) > 0
-        normal = dr.select(here, dr.select(facing, flat[1], -flat[1]), normal)
+        flats = [_normal(_corners(vertices[key], corner, here)) for vertices in (now.deforming, before.deforming)]
+        facing = dr.dot(flats[0], dr.detach(hits.n_geo_w)) > 0
+        normal = dr.select(here, dr.select(facing, flats[1], -flats[1]), normal)
     return moved, normal, same
 
 
 def _corners(vertices: np.ndarray, corner: Any, active: Any) -> list[Any]:
-    flat = mi.Float(np.ascontiguousarray(vertices, dtype=np.float32).ravel())
-    dr.make_opaque(flat)
+    coordinates = flat(vertices)
     return [
-        mi.Vector3f(*(dr.gather(mi.Float, flat, index * 3 + axis, active) for axis in range(3))) for index in corner
+        mi.Vector3f(*(dr.gather(mi.Float, coordinates, index * 3 + axis, active) for axis in range(3)))
+        for index in corner
     ]
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+import drjit as dr
 import mitsuba as mi
 import numpy as np
 
@@ -15,7 +16,7 @@ from .scenes.mesh import mesh
 from .scenes.surface import Surface
 from .sensor import camera_from_sensor, pose_matrix, scale_of
 
-__all__ = ["Stage", "State", "check_vertices"]
+__all__ = ["Stage", "State", "check_vertices", "flat"]
 
 #: Mitsuba's shapes without vertices that a rigid matrix can move, and the names of their plugins.
 ANALYTIC = {"Sphere": "sphere", "Rectangle": "rectangle", "Disk": "disk", "Cylinder": "cylinder"}
@@ -45,6 +46,11 @@ class State:
         pairs += [(self.movers[k], other.movers[k]) for k in self.movers]
         pairs += [(self.deforming[k], other.deforming[k]) for k in self.deforming]
         return all(a is b or np.array_equal(a, b) for a, b in pairs)
+
+
+def flat(values: np.ndarray) -> Any:
+    """Numbers as a Dr.Jit float of their own: NumPy's memory would be aliased, and its alignment part of kernels."""
+    return dr.opaque(mi.Float(np.ascontiguousarray(values, dtype=np.float32).ravel()))
 
 
 def check_vertices(name: str, value: Any) -> np.ndarray:
@@ -84,7 +90,7 @@ class _Mover:
         return np.array(self._parameters[self._keys[name]], dtype=np.float64).reshape(-1, 3)
 
     def _write(self, name: str, values: np.ndarray) -> None:
-        self._parameters[self._keys[name]] = np.ascontiguousarray(values, dtype=np.float32).ravel()
+        self._parameters[self._keys[name]] = flat(values)
 
     def move(self, matrix: np.ndarray) -> bool:
         """Put the shape where a matrix takes it from rest; whether it was not there."""
