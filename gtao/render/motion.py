@@ -44,7 +44,7 @@ class Before:
 
 
 def trace_back(hits: PrimaryHits, stage: Stage, now: State, before: State, pose_before: np.ndarray) -> Before:
-    """Follow the points of a frame back into the one before (theory, eq. (176), for every rigid part on its own).
+    """Follow the points of a frame back into the one before (theory, eqs. (176), (190) and (191)).
 
     Args:
         hits: of the scene in its state ``now``.
