@@ -44,6 +44,7 @@ FILTERS = {
     ),
     "bilateral": (gtao.SpatialFilter, {"threshold": 0.1}, ("view_z",)),
     "bilateral, slopes": (lambda **o: gtao.SpatialFilter(derivatives="first", **o), {"threshold": 0.06}, ("view_z",)),
+    "bilateral, odd frame": (gtao.SpatialFilter, {"threshold": 0.1}, ("view_z",)),
     "bilateral, planar": (lambda **o: gtao.SpatialFilter(planar=True, **o), {"threshold": 0.06}, ("view_z",)),
     "planes": (gtao.PlaneAwareFilter, {"tolerance": 0.5}, PLANES),
     "planes, mean of 4": (lambda **o: gtao.PlaneAwareFilter(size=4, fit="constant", **o), {"tolerance": 0.7}, PLANES),
@@ -63,7 +64,8 @@ def filtered(name):
         camera = gtao.PerspectiveCamera(WIDTH, HEIGHT, **{k: values[k] for k in CAMERA})
         g = gtao.GBuffer(values["view_z"], values["normal_v"], camera)
         spatial = make(**{k: values[k] for k in options})
-        return gtao.denoise(gtao.AmbientOcclusion(visibility=values["visibility"]), g, spatial).visibility
+        ao = gtao.AmbientOcclusion(visibility=values["visibility"])
+        return gtao.denoise(ao, g, spatial, frame_index=int(name.endswith("odd frame"))).visibility
 
     return f
 
