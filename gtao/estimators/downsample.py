@@ -39,8 +39,7 @@ def downsample(g: GBuffer, how: Downsample) -> GBuffer:
         raise ConfigError(f"how must be a gtao.Downsample, got {type(how).__name__}")
     T, (height, width) = g.types, g.shape
     blocks = resolution.Blocks.of(width, height, how.factor, T)
-    x, y = blocks.chosen(g.view_z.array, how.choice)
-    index = blocks.index(x, y)
+    index, *extremes = blocks.chosen(g.view_z.array, how.choice)
 
     def stage(images, numbers):
         depth, normal = images
@@ -48,7 +47,8 @@ def downsample(g: GBuffer, how: Downsample) -> GBuffer:
         n = [dr.gather(T.Float, normal.around, 3 * index + axis) for axis in range(3)]
         if how.place == "centre":
             view = filters.View(*numbers, orthographic=g.camera.is_orthographic)
-            z = resolution.at_centre(z, n, T.Float(x), T.Float(y), blocks.centre(), view)
+            bounds = [dr.gather(T.Float, depth.around, i) for i in extremes]
+            z = resolution.at_centre(z, n, index, blocks, bounds, view)
         return z, dr.ravel(T.Array3(*n))
 
     numbers = view_numbers(g.camera) if how.place == "centre" else ()

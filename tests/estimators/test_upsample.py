@@ -62,7 +62,7 @@ def enlarged(g_low, g, visibility, method):
     return np.array(gtao.upsample(estimate(g_low, visibility), g_low, g, method).visibility)
 
 
-def at_chosen(g, image, factor, choice="nearest"):
+def at_chosen(g, image, factor, choice="checkerboard"):
     """The image's values where the small frame's pixels come from."""
     return image[tuple(np.moveaxis(oracle.chosen(np.array(g.view_z), factor, choice), -1, 0))]
 
@@ -107,7 +107,7 @@ def test_against_the_definition(method, factor, shape):
         False,
     )
     g = frame(field)
-    small = smaller(g, factor=factor, place="texel")
+    small = smaller(g, factor=factor, choice="nearest", place="texel")
     little = oracle.downsampled(field, factor, "nearest", "texel")
     values = np.random.default_rng(0).random(small.shape)
     names = {"NearestDepthUpsample": "nearest_depth", "BilateralUpsample": "bilateral", "BilinearUpsample": "bilinear"}
@@ -227,7 +227,7 @@ def test_a_surface_that_the_2x2_texels_miss_is_found_farther_away():
     truth = np.where(z > 3, 0.9, 0.3)
     g = facing(z)
     small = smaller(g, choice="nearest")
-    values = at_chosen(g, truth, 2)
+    values = at_chosen(g, truth, 2, "nearest")
     got = enlarged(small, g, values, gtao.PlaneAwareUpsample())
     # From column 4 on the row of the wall has no texel of its own; the wall's last texel column is 1.
     assert got[10, 4:6] == pytest.approx(0.9, abs=0.02)

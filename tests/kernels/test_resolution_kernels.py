@@ -54,9 +54,10 @@ def test_the_chosen_pixel(precision, factor, choice, shape):
     z = np.random.default_rng(1).choice([1.0, 2.0, 3.0, np.inf], shape)
     want = oracle.chosen(z, factor, choice)
     blocks = resolution.Blocks.of(shape[1], shape[0], factor, precision.types)
-    x, y = blocks.chosen(lanes(precision, z), choice)
-    got = np.stack([np.array(y), np.array(x)], axis=-1).reshape(want.shape)
-    assert np.array_equal(got, want)
+    found = blocks.chosen(lanes(precision, z), choice)
+    for index, name in zip(found, (choice, "nearest", "farthest"), strict=True):
+        got = np.stack(np.divmod(np.array(index), shape[1]), axis=-1).reshape(want.shape)
+        assert np.array_equal(got, oracle.chosen(z, factor, name))
 
 
 @pytest.mark.parametrize("orthographic", [False, True])
@@ -66,12 +67,10 @@ def test_depth_at_the_centre_of_a_block(precision, orthographic, factor, choice)
     field = rough(orthographic)
     want = oracle.downsampled(field, factor, choice, "centre").view_z
     blocks = resolution.Blocks.of(*field.view_z.shape[::-1], factor, precision.types)
-    x, y = blocks.chosen(lanes(precision, field.view_z), choice)
-    index = blocks.index(x, y)
-    z = dr.gather(precision.Float, lanes(precision, field.view_z), index)
-    n = [dr.gather(precision.Float, lanes(precision, field.normal_v[..., k]), index) for k in range(3)]
-    floats = precision.Float(x), precision.Float(y)
-    got = resolution.at_centre(z, n, *floats, blocks.centre(), view_of(precision, field))
+    found = blocks.chosen(lanes(precision, field.view_z), choice)
+    z, *bounds = (dr.gather(precision.Float, lanes(precision, field.view_z), index) for index in found)
+    n = [dr.gather(precision.Float, lanes(precision, field.normal_v[..., k]), found[0]) for k in range(3)]
+    got = resolution.at_centre(z, n, found[0], blocks, bounds, view_of(precision, field))
     got = np.array(got).reshape(want.shape)
     surface = np.isfinite(want)
     assert (np.isfinite(got) == surface).all()

@@ -62,8 +62,14 @@ def downsampled(field: Field, factor, choice, place) -> Field:
             edge_on = abs(n[p][2]) * 1e3 <= np.hypot(*n[p][:2]) or met <= 0
         else:
             edge_on = not z[p] / 2 < met < z[p] * 2
-        if not away and not edge_on:
-            small.view_z[p] = met
+        if away or edge_on:
+            continue
+        block = field.view_z[factor * p[0] : factor * (p[0] + 1), factor * p[1] : factor * (p[1] + 1)]
+        if block.size == factor**2:
+            # All of the block is known: its centre is as deep as something in it.
+            depths = block[np.isfinite(block)]
+            met = min(max(met, depths.min()), depths.max())
+        small.view_z[p] = met
     return small
 
 

@@ -31,9 +31,10 @@ class Blocks:
         return cls(width, height, factor, index - y * columns, y, types)
 
     def pixel(self, i, j):
-        """Coordinates of the pixel (i, j) of every block, or of the nearest one in the frame."""
+        """Flat index of the pixel (i, j) of every block, or of the nearest one in the frame."""
         x, y = self.x * self.factor + i, self.y * self.factor + j
-        return dr.select(x < self.width, x, self.width - 1), dr.select(y < self.height, y, self.height - 1)
+        x, y = dr.select(x < self.width, x, self.width - 1), dr.select(y < self.height, y, self.height - 1)
+        return y * self.width + x
 
     def centre(self):
         """Coordinates of the blocks' centres; whole numbers are centres of pixels."""
@@ -41,45 +42,50 @@ class Blocks:
         Float = self.types.Float
         return dr.fma(Float(self.x), self.factor, half), dr.fma(Float(self.y), self.factor, half)
 
+    def whole(self):
+        """Whether a block has all of its pixels."""
+        right, low = (self.x + 1) * self.factor, (self.y + 1) * self.factor
+        return (right <= self.width) & (low <= self.height)
+
     def chosen(self, view_z, choice):
-        """Coordinates of the pixel that stands for every block; theory, smaller frames.
+        """Flat indices of the pixel that stands for every block, of its nearest and of its farthest surface.
+
+        Theory, smaller frames. Where a block holds nothing but background they are background.
 
         Args:
-            view_z: flat depth, inf on the background, which is chosen where a block holds nothing else.
+            view_z: flat depth, inf on the background.
             choice: "nearest", "farthest", "checkerboard" or "first".
         """
-        Float, UInt = self.types.Float, self.types.UInt
-        view_z = dr.detach(view_z)
-        # What is least of all decides.
-        sign = {"nearest": 1.0, "farthest": -1.0, "first": 0.0}.get(choice)
-        if sign is None:
-            sign = dr.select(((self.x + self.y) & 1) == 0, Float(1), -1)
-        x, y = self.pixel(0, 0)
-        least = Float(dr.inf)
+        Float, view_z = self.types.Float, dr.detach(view_z)
+        first = near = far = self.pixel(0, 0)
+        least, most, found = Float(dr.inf), Float(0), self.types.Bool(False)
         for j in range(self.factor):
             for i in range(self.factor):
-                u, v = self.pixel(i, j)
-                z = dr.gather(Float, view_z, self.index(u, v))
-                key = dr.select(dr.isfinite(z), sign * dr.select(dr.isfinite(z), z, 0), dr.inf)
-                better = key < least
-                least = dr.select(better, key, least)
-                x, y = dr.select(better, u, x), dr.select(better, v, y)
-        return UInt(x), UInt(y)
+                index = self.pixel(i, j)
+                z = dr.gather(Float, view_z, index)
+                there = dr.isfinite(z)
+                first, found = dr.select(there & ~found, index, first), found | there
+                nearer, farther = z < least, there & (z > most)
+                near, least = dr.select(nearer, index, near), dr.select(nearer, z, least)
+                far, most = dr.select(farther, index, far), dr.select(farther, z, most)
+        even = ((self.x + self.y) & 1) == 0
+        choices = {"nearest": near, "farthest": far, "checkerboard": dr.select(even, near, far), "first": first}
+        return choices[choice], near, far
 
-    def index(self, x, y):
-        """Flat index of a pixel."""
-        return y * self.width + x
 
-
-def at_centre(z, normal, x, y, centre, view):
-    """Depth of the tangent plane of the pixels (x, y) at the blocks' ``centre``; theory, eq. (183).
+def at_centre(z, normal, index, blocks, bounds, view):
+    """Depth of the tangent plane of the pixels ``index`` at the blocks' centres; theory, eq. (183).
 
     Args:
         z: depth of the pixel, inf on the background, which stays.
         normal: three flat arrays, of any length. Where one faces away, or its plane is seen edge-on, the depth stays.
-        x, y: floats.
+        blocks: :class:`Blocks`.
+        bounds: least and largest depth of the blocks' surfaces, which those of whole ones do not leave.
         view: :class:`gtao.kernels.filters.View` of the frame.
     """
+    Float, row = blocks.types.Float, index // blocks.width
+    x, y = Float(index - row * blocks.width), Float(row)
+    centre = blocks.centre()
     dX, dY = (centre[0] - x) * view.ax, (centre[1] - y) * view.ay
     nx, ny, nz = normal
     surface = dr.isfinite(z)
@@ -94,4 +100,7 @@ def at_centre(z, normal, x, y, centre, view):
         share = 1 + across / dr.select(facing < 0, facing, -1)
         sound = (facing < 0) & (share < RATIO) & (RATIO * share > 1)
         there = here / dr.select(sound, share, 1)
+    (least, most), whole = bounds, blocks.whole()
+    # The centre of a whole block lies between its pixels, and so does its depth.
+    there = dr.select(whole & (there < least), least, dr.select(whole & (there > most), most, there))
     return dr.select(surface & sound, there, z)
