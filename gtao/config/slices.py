@@ -46,6 +46,7 @@ Noise = Literal[
     "spatial_4x4_spread",
     "interleaved_gradient",
     "interleaved_gradient_cycled",
+    "interleaved_gradient_golden",
     "hilbert_r2",
     "blue_noise",
     "sobol",
@@ -98,10 +99,11 @@ class SliceMethod:
             ("spatial_4x4_unbracketed"), the same in space with the 96 directions and 16 offsets over 24 frames that
             the slides count, of which a single pixel sees a sixteenth ("spatial_4x4_fine") or all around, in frames
             of either parity too ("spatial_4x4_spread"), "interleaved_gradient" (which moves from frame to frame), the
-            same with the papers' rotations and offsets per frame ("interleaved_gradient_cycled"), "hilbert_r2" (a
-            low-discrepancy sequence along a Hilbert curve), "blue_noise" (a mask by void and cluster whose values move
-            on from frame to frame), "sobol" (the frame's number of a scrambled Sobol sequence in every pixel), or
-            "white".
+            same with the papers' rotations and offsets per frame ("interleaved_gradient_cycled") or with steps of the
+            golden ratio ("interleaved_gradient_golden"), "hilbert_r2" (a low-discrepancy sequence along a Hilbert
+            curve), "blue_noise" (a mask by void and cluster, with steps of the golden ratio from frame to frame),
+            "sobol" (the frame's number of a scrambled Sobol sequence in every pixel), or "white"; compared in the
+            docs, "Noise over space and time".
         seed: selects one of the sequences of the "white" and "sobol" noise, and where the "blue_noise" mask begins.
         pyramid: coarser depth for far samples, with the fetches "nearest", "floor" and "bilinear".
         depth_bias: share of its depth by which the shaded point is pulled to the viewer, against self-occlusion.

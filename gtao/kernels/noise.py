@@ -30,8 +30,8 @@ _HILBERT_FRAME = 288
 # Powers of the inverse plastic number, 0.7548776662466927 and its square, in units of 2^-32: the R2 sequence.
 _R2 = (3242174889, 2447445414)
 
-# What a mask moves on from frame to frame, in the same units: the inverse golden ratio, and √2 - 1 for the offset.
-_MASK_STEPS = (2654435769, 1779033704)
+# What all values move on from frame to frame, in the same units: the inverse golden ratio, and √2 - 1 for the offset.
+_GOLDEN_STEPS = (2654435769, 1779033704)
 
 #: Patterns that read a mask.
 MASKED = ("blue_noise",)
@@ -97,7 +97,7 @@ def _interleaved_gradient(x, y, s, Float):
 
 
 def _interleaved_gradient_cycled(x, y, s, Float):
-    """The same in space; over time the slides' rotations and offsets (Unity HDRP)."""
+    """The same in space; over time the slides' rotations and offsets (Unity HDRP), or steps of irrational numbers."""
     return frac(_gradient(Float(x), Float(y)) + s.frame_rotation), _quarters(x, y, s, Float)
 
 
@@ -153,6 +153,7 @@ PATTERNS = {
     "spatial_4x4_spread": _spatial_4x4,
     "interleaved_gradient": _interleaved_gradient,
     "interleaved_gradient_cycled": _interleaved_gradient_cycled,
+    "interleaved_gradient_golden": _interleaved_gradient_cycled,
     "hilbert_r2": _hilbert_r2,
     "blue_noise": _blue_noise,
     "sobol": _sobol,
@@ -174,10 +175,10 @@ def frame_terms(name, frame_index, seed):
         return FrameTerms(_SPREAD_ROTATIONS[frame_index % 6] / 96, _SPREAD_OFFSETS[(frame_index // 6) % 4] / 16, key)
     if name == "interleaved_gradient":
         return FrameTerms(5.588238 * (frame_index % 64), _OFFSETS[frame_index % 4], key)
-    if name == "blue_noise":
+    if name in ("blue_noise", "interleaved_gradient_golden"):
         # In integers, and rounded to 24 digits, to which the kernel's sums are exact.
-        rotation, offset = (((frame_index * a) & 0xFFFFFFFF) >> 8 for a in _MASK_STEPS)
-        return FrameTerms(rotation * 2**-24, offset * 2**-24, key, seed=of_seed)
+        rotation, offset = ((((frame_index * a) & 0xFFFFFFFF) >> 8) * 2**-24 for a in _GOLDEN_STEPS)
+        return FrameTerms(rotation, offset, key, seed=of_seed if name in MASKED else None)
     if name == "sobol":
         # In the order of Gray's code, in which frames of either parity fill both halves of every interval.
         return FrameTerms(0.0, 0.0, key, seed=of_seed, frame=(frame_index ^ (frame_index >> 1)) & 0xFFFFFFFF)

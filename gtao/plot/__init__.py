@@ -23,6 +23,7 @@ from .fits import coefficients, comparison, coverage, residuals, scatter
 from .images import error_map, image_row, visibility_image
 from .lighting import LightingComparison, LightingView, lighting_bars, lighting_images
 from .lighting_report import lighting_figures, lighting_report
+from .noise import noise_errors, noise_patterns, noise_spectra
 from .report import refit_figures, refit_report
 from .slices import slices
 from .specular import SpecularComparison, SpecularView, specular_curves, specular_images, specular_steps
@@ -71,6 +72,9 @@ __all__ = [
     "lighting_figures",
     "lighting_images",
     "lighting_report",
+    "noise_errors",
+    "noise_patterns",
+    "noise_spectra",
     "refit_figures",
     "refit_report",
     "residuals",
