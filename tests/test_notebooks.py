@@ -37,6 +37,7 @@ def test_all_notebooks_are_here():
         "scene_from_photograph.ipynb",
         "directional_occlusion.ipynb",
         "specular_occlusion.ipynb",
+        "temporal_pipeline.ipynb",
     }
 
 
