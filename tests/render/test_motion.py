@@ -200,6 +200,41 @@ def test_deforming_meshes_move_as_their_vertices():
         check(frame, expected, 1)
 
 
+PLATE = np.array([(-0.7, 0.0, -0.6), (0.7, 0, -0.6), (0.7, 0, 0.6), (-0.7, 0, 0.6)])
+
+
+@pytest.mark.parametrize("faces", [[(0, 1, 2), (0, 2, 3)], [(0, 2, 1), (0, 3, 2)]], ids=["one way", "the other way"])
+@pytest.mark.parametrize("deforms", [False, True])
+def test_the_other_side_of_a_sheet_is_something_new(faces, deforms):
+    """A plate that turns about the vertical: it is nearly edge-on when the sides change."""
+    angles = np.radians([70, 80, 100, 110])
+    ways = [render.rigid(axis=(0, 0, 1), angle=angle) for angle in angles]
+    if deforms:
+        options = {"deforming": {"plate": [PLATE @ m[:3, :3].T for m in ways]}}
+    else:
+        options = {"movers": {"plate": ways}}
+    sensor = S.perspective((0, -3, 0), (0, 0, 0), fov=30.0, size=(64, 16))
+    animation = render.Animation.from_scene(S.scene(sensor, plate=S.mesh(PLATE, faces)), radius=1, **options)
+    _, *frames = render.sequence(animation)
+    shares = [frame.disoccluded.numpy()[frame.moving.numpy()].mean() for frame in frames]
+    assert all(frame.moving.numpy().sum() > 50 for frame in frames)
+    assert shares == [0, 1, 0]
+
+
+def test_what_was_nearer_than_the_near_plane_is_new():
+    sensor = S.perspective((0, -1, 0), (0, 0, 0), fov=60.0, size=(16, 16), near=0.5)
+    plates = {
+        "plate": S.mesh(PLATE, [(0, 1, 2), (0, 2, 3)]),
+        "wall": S.mesh(4 * PLATE + (0, 2, 0), [(0, 1, 2), (0, 2, 3)]),
+    }
+    poses = [render.look_at((0, y, 0), (0, 9, 0)) for y in (-0.4, -0.45, -0.55, -0.6)]
+    animation = render.Animation.from_scene(S.scene(sensor, **plates), radius=1, camera=poses)
+    _, *frames = render.sequence(animation)
+    depth = [frame.g.view_z.numpy()[8, 8] for frame in frames]
+    np.testing.assert_allclose(depth, [2.45, 0.55, 0.6], atol=1e-5)
+    assert [bool(frame.disoccluded.numpy()[8, 8]) for frame in frames] == [False, True, False]
+
+
 @pytest.mark.parametrize("name", render.animations.names())
 def test_the_frame_before_shows_the_same_point_where_motion_leads(name):
     """Rays of the frame before, through where motion says that the points were, in the scene of that frame."""
