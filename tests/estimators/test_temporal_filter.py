@@ -2,6 +2,7 @@
 
 import copy
 import gc
+import json
 from dataclasses import asdict, replace
 
 import numpy as np
@@ -108,6 +109,36 @@ def test_options_are_those_of_the_definition():
     """The oracle has no default of its own that could hide one of the filter's."""
     want = {k: v for k, v in asdict(oracle.Options()).items() if k not in ("orthographic", "turn")}
     assert {k: v for k, v in gtao.TemporalFilter().to_dict().items() if k != "type"} == want
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"frames": 0.5}, "frames must be at least 1"),
+        ({"moving_frames": np.nan}, "moving_frames must be at least 1"),
+        ({"frames": 4.0}, "moving_frames must not exceed frames, got 8.0 and 4.0; give both"),
+        ({"disocclusion": 0.0}, "disocclusion must be positive and finite"),
+        ({"disocclusion": np.inf}, "disocclusion must be positive and finite"),
+        ({"covering": -1.0}, "covering must be positive, got"),
+        ({"moving_speed_px": 0}, "moving_speed_px must be positive, got"),
+        ({"velocity_scale_px": np.inf}, "velocity_scale_px must be positive and finite"),
+        ({"clamp_window": -0.1}, "clamp_window must be finite and not negative"),
+        ({"clamp": 1}, "clamp must be True or False"),
+        ({"velocity_weighting": None}, "velocity_weighting must be True or False"),
+        ({"derivatives": "second"}, "derivatives must be one of 'none', 'first'"),
+    ],
+)
+def test_options_out_of_range_are_refused(wrong, message):
+    with pytest.raises(gtao.ConfigError, match=message):
+        gtao.TemporalFilter(**wrong)
+
+
+def test_configurations_come_back_from_plain_values():
+    for f in (gtao.TemporalFilter.as_published(), gtao.TemporalFilter(frames=np.inf, covering=0.1, clamp=False)):
+        text = gtao.io.canonical_json(f.to_dict())
+        assert gtao.method_from_dict(gtao.io.with_infinities(json.loads(text))) == f
+    differing = gtao.config.deviations(gtao.TemporalFilter.as_published())
+    assert [d.label for d in differing] == ["derivatives = none"]
 
 
 def world_frame(camera, view_to_world, plane):
