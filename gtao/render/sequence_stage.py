@@ -139,7 +139,7 @@ class Stage:
     """
 
     def __init__(self, source: Any, movers: Sequence[Key], deforming: Sequence[Key]):
-        self.scene = load_scene(source) if isinstance(source, mi.Scene) else load_scene(source, merge=False)
+        self.scene = load_scene(source, merge=False)
         self._sensors: list[tuple[Any, np.ndarray]] = []
         shapes = {key: _shape(self.scene, key) for key in (*movers, *deforming)}
         self._parameters: Any = mi.traverse(self.scene) if shapes else None

@@ -14,7 +14,7 @@ import _scenes as S
 WIDTH, HEIGHT = 48, 36
 #: Single precision: pixel coordinates up to 64 have steps of 4e-6, of which a few add up; at grazing angles Mitsuba's
 #: own hit points are off by some 1e-6 of the coordinates, which a pixel there magnifies a hundred times.
-PIXELS = 5e-4
+PIXELS = 2e-4
 #: Depth of up to 13 units in steps of 1e-6, and the same of the hit points, at grazing angles too.
 DEPTH = 5e-5
 #: Rays end this much above the plane that they lead to, times 1 + the largest coordinate, as Mitsuba's rays begin.

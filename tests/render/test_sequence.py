@@ -1,5 +1,6 @@
 """Sequences: their frames are those of scenes loaded in each state, cost nothing twice, and say what is wrong."""
 
+import subprocess
 import sys
 import weakref
 
@@ -199,6 +200,17 @@ def test_scenes_of_all_sources(tmp_path):
     assert np.abs(images[0]).max() > 1
     for image in images[1:]:
         np.testing.assert_array_equal(image, images[0])
+
+
+def test_a_scene_file_may_be_the_first_thing(tmp_path):
+    """Before anything has chosen one of Mitsuba's variants."""
+    (tmp_path / "scene.xml").write_text(SCENE_FILE)
+    code = (
+        "import gtao; a = gtao.render.Animation.from_scene('scene.xml', radius=1, n_frames=2, movers={'box': lambda f: "
+    )
+    code += "gtao.render.rigid((f, 0, 0))}); print(len(list(gtao.render.sequence(a))))"
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True)
+    assert done.stdout.strip() == "2", done.stderr
 
 
 def test_frames_are_not_kept():
