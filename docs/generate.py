@@ -20,6 +20,7 @@ from _validation import (
     performance,
     preset,
     shading,
+    spatial,
     specular,
     tables,
 )
@@ -46,7 +47,7 @@ def pages():
     """File name -> text."""
     paths = {
         name: ROOT / "references" / name / "record.json"
-        for name in ("validation", "comparison", "lighting", "packing", "performance", "shading", "specular", "tables")
+        for name in ("validation", "comparison", "lighting", "packing", "performance", "shading", "spatial", "specular", "tables")
     }
     paths |= {kind: newest(kind) for kind in ("aperture", "occlusion", "multibounce")}
     records = {name: gtao.io.read_record(path) for name, path in paths.items()}
@@ -79,10 +80,18 @@ Every number on this page comes from {source(paths["lighting"])}.
 Every number on this page comes from {source(paths["specular"])}.
 
 {specular.section(records["specular"])}"""
+    filtered = f"""{NOTICE}
+
+# Spatial filters
+
+Every number on this page comes from {source(paths["spatial"])}.
+
+{spatial.section(records["spatial"])}"""
     return {
         "validation.md": validation,
         "directional-occlusion.md": under_light,
         "specular-occlusion.md": glossy,
+        "spatial-filters.md": filtered,
         "generated/aperture.md": f"{NOTICE}\n\n{aperture.section(records['aperture'])}",
         "generated/performance.md": f"{NOTICE}\n\n{performance.section(records['performance'])}",
         "generated/packing.md": f"{NOTICE}\n\n{packing.section(records['packing'])}",

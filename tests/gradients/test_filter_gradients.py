@@ -184,6 +184,19 @@ def test_rounded_links_have_no_derivative():
     assert np.abs(dr.grad(v).numpy()).max() > 0.1
 
 
+def test_a_plane_that_ends_at_a_tap_has_finite_derivatives():
+    """1 / z falls from 1 to 1/2 in one texel: at the next but one the plane is infinitely far."""
+    z = native(np.tile([1.0, 2.0, 5.0, 5.0], (4, 1)))
+    dr.enable_grad(z)
+    g = gtao.GBuffer(z, None, gtao.PerspectiveCamera(4, 4, 1.0))
+    ao = gtao.AmbientOcclusion(visibility=native(np.arange(16.0).reshape(4, 4)))
+    result = gtao.denoise(ao, g, gtao.SpatialFilter(derivatives="first", planar=True, threshold=0.6)).visibility
+    dr.backward(dr.sum(result.array))
+    gradient = dr.grad(z).numpy()
+    assert np.isfinite(gradient).all()
+    assert np.abs(gradient).max() > 0.1
+
+
 def test_pipelines_are_differentiable_from_end_to_end():
     """Depth moves the estimate and the weights of its filter; the radius only the estimate, the tolerance only them."""
 

@@ -40,11 +40,8 @@ def bilateral_taps(view_z, threshold, derivatives, grid, odd_frame=False, invers
             index, there = grid.inside(dx, dy)
             z = grid.gather(view_z, index)
             there &= dr.isfinite(z)
-            predicted = even(centre) + _taylor(along_x, dx) + _taylor(along_y, dy)
-            if even is _reciprocal:
-                # A plane has no depth beyond its horizon.
-                there &= predicted > 0
-                predicted = 1 / dr.select(there, predicted, 1)
+            # Either is its own inverse. Beyond the horizon of a plane the result is negative, which no depth is near.
+            predicted = even(even(centre) + _taylor(along_x, dx) + _taylor(along_y, dy))
             weight = ramp(dr.select(there, z, centre), predicted, scale)
             taps.append(Tap(index, dx, dy, dr.select(there, weight, 0)))
     return taps
