@@ -25,8 +25,8 @@ class View:
         self._limits = {}
 
     def limits_of(self, pipeline):
-        """Limits at the resolution of a pipeline, brought back to full size as it does."""
-        key = pipeline.downsample, pipeline.upsample
+        """Limits of a pipeline's estimate, at its resolution and brought back to full size as it does."""
+        key = pipeline.occlusion, pipeline.downsample, pipeline.upsample
         if key not in self._limits:
             self._limits[key] = variants.limits(pipeline, self.g)
         return self._limits[key]
@@ -63,10 +63,12 @@ class View:
         return found
 
     def cycles(self, pipeline, n):
-        """Bias in the last frame of each cycle of the slides' tables."""
-        limit = self.limits_of(pipeline)["limit"]
-        images = self.frames(pipeline, n * variants.CYCLE)
-        return [self.bias(image, limit) for k, image in enumerate(images, 1) if k % variants.CYCLE == 0]
+        """Bias in the last frame of each cycle of the slides' tables, and its mean over the cycle."""
+        limit, found = self.limits_of(pipeline)["limit"], []
+        for image in self.frames(pipeline, n * variants.CYCLE):
+            found.append(self.bias(image, limit))
+        cycles = [found[k : k + variants.CYCLE] for k in range(0, len(found), variants.CYCLE)]
+        return {"last": [cycle[-1] for cycle in cycles], "mean": [sum(cycle) / len(cycle) for cycle in cycles]}
 
     def filtered_limit(self):
         """The limit behind the filters: what is left of errors that no number of frames takes away."""

@@ -20,10 +20,10 @@ def published(radius):
 def stages(radius):
     """Name -> pipeline: the published one, and with one stage switched off or exchanged."""
     whole = published(radius)
-    fine = replace(whole.occlusion, noise="spatial_4x4_fine")
+    spread = replace(whole.occlusion, noise="spatial_4x4_spread")
     return {
         PUBLISHED: whole,
-        "96 directions": replace(whole, occlusion=fine),
+        "96 directions": replace(whole, occlusion=spread),
         "no spatial filter": replace(whole, spatial=None),
         "no temporal filter": replace(whole, temporal=None),
         "full resolution": replace(whole, downsample=None, upsample=None),
@@ -56,8 +56,10 @@ def patterns(radius, clamp):
     names = (
         "spatial_4x4",
         "spatial_4x4_fine",
+        "spatial_4x4_spread",
         "interleaved_gradient",
         "interleaved_gradient_cycled",
+        "interleaved_gradient_golden",
         "hilbert_r2",
         "blue_noise",
         "sobol",
@@ -108,16 +110,15 @@ def mean_of(pipeline, g, frames):
 def limits(pipeline, g):
     """What unfiltered estimates of a pipeline's resolution are the mean of, (H, W) each.
 
-    "limit": 96 directions at each of the four offsets of the slides. "jittered": offsets that are even in [0, 1), as
-    all other patterns have them. "all samples": 128 samples per direction, which eight are to stand for.
+    "limit": 96 directions at the offsets that the pattern has in a cycle. "jittered": offsets that are even in [0, 1).
+    "all samples": 128 samples per direction, which eight are to stand for.
     """
     bare = replace(pipeline, spatial=None, temporal=None)
     many = without_past(bare, DIRECTIONS)
     jittered = replace(many, occlusion=replace(many.occlusion, noise="white", step_jitter="slice"))
     dense = replace(many, occlusion=replace(many.occlusion, noise="none", n_steps=128))
     return {
-        # Rotations come back every sixth frame, when the offset changes.
-        "limit": mean_of(many, g, range(0, CYCLE, 6)),
+        "limit": mean_of(many, g, range(CYCLE)),
         "jittered": mean_of(jittered, g, range(16)),
         "all samples": mean_of(dense, g, range(1)),
     }
