@@ -47,7 +47,17 @@ def pages():
     """File name -> text."""
     paths = {
         name: ROOT / "references" / name / "record.json"
-        for name in ("validation", "comparison", "lighting", "packing", "performance", "shading", "spatial", "specular", "tables")
+        for name in (
+            "validation",
+            "comparison",
+            "lighting",
+            "packing",
+            "performance",
+            "shading",
+            "spatial",
+            "specular",
+            "tables",
+        )
     }
     paths |= {kind: newest(kind) for kind in ("aperture", "occlusion", "multibounce")}
     records = {name: gtao.io.read_record(path) for name, path in paths.items()}
