@@ -93,7 +93,7 @@ def in_short(numbers, scenes):
     widest = max(e["largest"] for name in large for e in numbers["leaks"][name].values())
     round_ = numbers["errors"][SPHERES]
     worst = max(scenes, key=lambda s: total(numbers, s, SECOND) / total(numbers, s, NONE))
-    wins = ", ".join(f"`{s}` {best(numbers, s)}" for s in scenes)
+    wins = ", ".join(f"`{s}` ({best(numbers, s)})" for s in scenes)
     return f"""\
 - **Edges**: nothing crosses a step of depth of {large[0].split()[1]} % or more (at most {widest:.0e}, rounding). A
   step of {small.split()[1]} % is below the bilateral filter's threshold of 10 %, and leaks within its footprint, never
