@@ -16,6 +16,7 @@ from _validation import (
     lighting,
     methods,
     multibounce,
+    noise,
     packing,
     performance,
     preset,
@@ -51,6 +52,7 @@ def pages():
             "validation",
             "comparison",
             "lighting",
+            "noise",
             "packing",
             "performance",
             "shading",
@@ -97,8 +99,16 @@ Every number on this page comes from {source(paths["specular"])}.
 Every number on this page comes from {source(paths["spatial"])}.
 
 {spatial.section(records["spatial"])}"""
+    over_time = f"""{NOTICE}
+
+# Noise over space and time
+
+Every number on this page comes from {source(paths["noise"])}.
+
+{noise.section(records["noise"])}"""
     return {
         "validation.md": validation,
+        "noise.md": over_time,
         "directional-occlusion.md": under_light,
         "specular-occlusion.md": glossy,
         "spatial-filters.md": filtered,
