@@ -19,8 +19,8 @@ def animate(
         str | None,
         typer.Argument(
             metavar="[ANIMATION|SCENE]",
-            help="Embedded animation (still, orbit, passing_object, fast_rotation, thin_bars, cut), or an embedded"
-            " scene or Mitsuba .xml file, which --orbit or --path moves; default: passing_object.",
+            help="Embedded animation (still, orbit, fast_rotation, cut, passing_object, thin_bars, waves), or a scene:"
+            " an embedded one or a Mitsuba .xml file, which --orbit or --path moves; default: passing_object.",
         ),
     ] = None,
     method: Annotated[

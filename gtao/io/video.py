@@ -19,7 +19,7 @@ from gtao.errors import ConfigError, ImageError, ShapeError
 
 from .atomic import atomic_path
 
-__all__ = ["VIDEO_FORMATS", "find_ffmpeg", "write_video"]
+__all__ = ["VIDEO_FORMATS", "check_video", "find_ffmpeg", "write_video"]
 
 #: Endings of what can be written.
 VIDEO_FORMATS = ("mp4", "gif")
@@ -27,7 +27,7 @@ VIDEO_FORMATS = ("mp4", "gif")
 #: Constant quality of H.264, from 0 (lossless) to 51: noise, which is what is to be seen, survives.
 _QUALITY = 16
 #: GIF counts time in hundredths of a second, and browsers slow down what is faster than two of them.
-_GIF_TICKS, _GIF_FASTEST = 100, 50
+_GIF_TICKS, _GIF_FASTEST, _FASTEST = 100, 50, 240
 #: Colours that are compared with a palette at once.
 _AT_ONCE = 4096
 
@@ -46,6 +46,22 @@ def find_ffmpeg() -> str | None:
         return shutil.which("ffmpeg")
 
 
+def check_video(name: str, fps: float) -> None:
+    """Raise now, before hours of work, what :func:`write_video` would raise of a file's name and its pace.
+
+    Raises:
+        ConfigError: the ending is none of :data:`VIDEO_FORMATS`, ``fps`` is out of range, or MP4 lacks an FFmpeg.
+    """
+    kind = Path(name).suffix.lower().removeprefix(".")
+    if kind not in VIDEO_FORMATS:
+        raise ConfigError(f"video {name} must end in {' or '.join('.' + ending for ending in VIDEO_FORMATS)}")
+    limit = _GIF_FASTEST if kind == "gif" else _FASTEST
+    if not 0 < fps <= limit:
+        raise ConfigError(f"fps must lie in (0, {limit}] in a .{kind}, got {fps}")
+    if kind == "mp4" and find_ffmpeg() is None:
+        raise ConfigError(f"no FFmpeg to write {name}: pip install 'gtao[video]', or write a .gif")
+
+
 def write_video(
     path: str | os.PathLike, frames: Iterable[np.ndarray], fps: float = 24.0, *, palette: ArrayLike | None = None
 ) -> int:
@@ -58,7 +74,7 @@ def write_video(
     Args:
         path: the file; its ending chooses the format.
         frames: (H, W, 3) uint8 images of one size, sRGB; taken one by one.
-        fps: frames per second, up to 50 in a GIF, whose frames last a multiple of 1/100 s, right on average.
+        fps: frames per second, up to 240; in a GIF up to 50, where frames last multiples of 1/100 s, right on average.
         palette: (n, 3) colours, n <= 256, of a GIF; taken from its first frame if left out.
 
     Returns:
@@ -70,18 +86,12 @@ def write_video(
         ImageError: the file cannot be written, or FFmpeg failed.
     """
     path = Path(path)
-    kind = path.suffix.lower().removeprefix(".")
-    if kind not in VIDEO_FORMATS:
-        raise ConfigError(f"video {path.name} must end in {' or '.join('.' + name for name in VIDEO_FORMATS)}")
-    limit = _GIF_FASTEST if kind == "gif" else 1000
-    if not 0 < fps <= limit:
-        raise ConfigError(f"fps must lie in (0, {limit}] in a .{kind}, got {fps}")
-    if kind == "gif":
+    check_video(path.name, fps)
+    if path.suffix.lower() == ".gif":
         colours = None if palette is None else _checked_palette(palette)
         return _write(path, frames, lambda partial, checked: _write_gif(partial, checked, fps, colours))
     program = find_ffmpeg()
-    if program is None:
-        raise ConfigError(f"no FFmpeg to write {path.name}: pip install 'gtao[video]', or write a .gif")
+    assert program is not None
     return _write(path, frames, lambda partial, checked: _write_mp4(program, partial, checked, fps))
 
 

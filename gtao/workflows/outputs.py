@@ -9,7 +9,7 @@ from typing import Any
 from gtao import io
 from gtao.errors import RecordError
 
-__all__ = ["RECORD", "OutputDirectory", "command_line", "save_figures"]
+__all__ = ["OutputDirectory", "command_line", "save_figures"]
 
 PLOT_DPI = 110
 RECORD, REPORT = "record.json", "report.html"
@@ -57,6 +57,13 @@ class OutputDirectory:
         self.path = Path(path)
         self._started = datetime.now(UTC)
         io.ensure_writable(self.path / RECORD, error=RecordError)
+
+    def begin(self) -> None:
+        """Remove the record, the report and what they list, where files change before the end of the job."""
+        earlier = _listed(self.path / RECORD)
+        (self.path / RECORD).unlink(missing_ok=True)
+        for name in (*earlier, REPORT):
+            (self.path / name).unlink(missing_ok=True)
 
     def publish(
         self,

@@ -1,6 +1,5 @@
 """Frame after frame: every method takes a step, pictures are written, the state is kept."""
 
-import gc
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -8,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from gtao import io, plot
-from gtao.workflows.outputs import RECORD
+from gtao.workflows.outputs import OutputDirectory
 
 from .frames import Frame, frames
 from .measuring import measure
@@ -31,7 +30,7 @@ class Run:
         source: the animation.
         radius: reach of occluders of the truth.
         methods: what to run.
-        output: directory.
+        directory: of all output.
         progress: called as ``progress(task, done, total)``.
     """
 
@@ -41,16 +40,14 @@ class Run:
         source: Source,
         radius: float,
         methods: list[Method],
-        output: Path,
+        directory: OutputDirectory,
         progress: Report | None,
     ):
-        self.config, self.source, self.radius, self.methods, self.output = config, source, radius, methods, output
+        self.config, self.source, self.radius, self.methods, self.directory = config, source, radius, methods, directory
         self._progress = progress
-        self.pictures = Pictures(output, config.error_limit, exr=config.exr)
+        self.pictures = Pictures(directory.path, config.error_limit, exr=config.exr)
         pipelines = {m.file: m.pipeline.to_dict() for m in methods}
-        # Also the program: frames of two versions are not to be mixed.
-        program = {"versions": io.versions(), "git": io.git_state()}
-        self.state = Unfinished(output, config.of_frames() | {"pipelines": pipelines, "radius": radius} | program)
+        self.state = Unfinished(directory.path, config.of_frames() | {"pipelines": pipelines, "radius": radius})
 
     def tasks(self, task: str) -> Callable[[int, int], None]:
         return lambda done, total: self._progress(task, done, total) if self._progress else None
@@ -71,12 +68,14 @@ class Run:
             self.state.save(done)
             step(len(done.views), total)
             del frame, results
-            gc.collect()
         return done
 
     def _begin(self) -> None:
-        """The first frame is there: what an earlier run has left makes room for it."""
-        (self.output / RECORD).unlink(missing_ok=True)
+        """The first frame is there: what an earlier run has left makes room for it, be it finished or not."""
+        self.directory.begin()
+        for name in self.state.methods():
+            for suffix in io.VIDEO_FORMATS:
+                (self.directory.path / f"{name}.{suffix}").unlink(missing_ok=True)
         self.state.remove()
         self.pictures.remove_others()
 
@@ -94,7 +93,7 @@ class Run:
         name = method.file + suffix
         step = self.tasks(f"  {name}")
         shown = self.pictures.video_frames(method, memory.curves["rmse"], step)
-        io.write_video(self.output / name, shown, self.config.fps, palette=plot.ANIMATION_PALETTE)
+        io.write_video(self.directory.path / name, shown, self.config.fps, palette=plot.ANIMATION_PALETTE)
         return name
 
     def digests(self) -> dict[str, Any]:

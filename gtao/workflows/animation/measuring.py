@@ -38,7 +38,7 @@ def measure(memory: Memory, frame: Frame, image: np.ndarray, baseline: np.ndarra
         ("step", _step(before["flicker"], after["flicker"])),
         ("lag", None if baseline is None else _lag(before["ghosting"], after["ghosting"])),
     ):
-        memory.curves.setdefault(name, []).append(value)
+        memory.curves[name].append(value)
 
 
 def _added(before: dict[str, Any], after: dict[str, Any], value: str, count: str, power: int) -> float | None:

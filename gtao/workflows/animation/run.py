@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from gtao import io, plot
-from gtao.errors import ConfigError
 from gtao.workflows.outputs import OutputDirectory, command_line
 from gtao.workflows.views import portable
 
@@ -90,7 +89,7 @@ def animate(
     methods = methods_of(config.methods, config.settings, radius)
     directory = OutputDirectory(output)
     folder = io.default_cache_directory() if cache is None else Path(cache)
-    run = Run(config, source, radius, methods, directory.path, progress)
+    run = Run(config, source, radius, methods, directory, progress)
     done = run.frames(folder)
     memories = [done.memories[m.file] for m in methods]
     videos = [run.video(*pair, suffix) for pair in zip(methods, memories, strict=True)]
@@ -133,11 +132,11 @@ def animate(
 
 def _video_format(config: AnimateConfig) -> tuple[str, list[str]]:
     """The ending of the videos, and what is to be said about it."""
-    if config.video == "auto" and io.find_ffmpeg() is None:
-        return ".gif", ["Videos are GIFs, because there is no FFmpeg: pip install 'gtao[video]' for MP4."]
-    if config.video == "mp4" and io.find_ffmpeg() is None:
-        raise ConfigError("there is no FFmpeg to write MP4: pip install 'gtao[video]', or ask for gif")
-    return ".gif" if config.video == "gif" else ".mp4", []
+    missing = config.video == "auto" and io.find_ffmpeg() is None
+    suffix = ".gif" if missing or config.video == "gif" else ".mp4"
+    io.check_video(f"METHOD{suffix}", config.fps)
+    note = "Videos are GIFs, because there is no FFmpeg: pip install 'gtao[video]' for MP4."
+    return suffix, [note] if missing else []
 
 
 def _result(method: Method, memory: Memory, video: str, cut: int | None) -> plot.AnimatedMethod:

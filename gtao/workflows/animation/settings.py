@@ -1,8 +1,8 @@
 """What an animation is asked to show."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Any, Literal, get_args
+from typing import Any, Literal, Self, get_args
 
 from gtao.errors import ConfigError
 from gtao.workflows.lighting.settings import UPS
@@ -34,7 +34,7 @@ class AnimateConfig(StudySettings):
         radius: reach of occluders in scene units; None for the animation's own.
         resolution: longer side of the images in pixels.
         spp: rays per pixel of the truth of each frame.
-        fps: frames per second of the videos.
+        fps: frames per second of the videos, up to 240, and to 50 in GIFs.
         video: "mp4", "gif", or "auto": MP4 where there is an FFmpeg to write it.
         exr: also write every frame as EXR, truth and results with all their channels.
         error_limit: |error| at the bright end of the scale of pictures and videos.
@@ -81,14 +81,18 @@ class AnimateConfig(StudySettings):
             raise ConfigError(f"resolution must be at least 16 pixels, got {self.resolution}")
         if self.spp < 2 * N_BATCHES or self.spp % N_BATCHES:
             raise ConfigError(f"spp must be a multiple of {N_BATCHES}, {2 * N_BATCHES} at least, got {self.spp}")
-        if not 0 < self.fps <= 240:
-            raise ConfigError(f"fps must lie in (0, 240], got {self.fps}")
         if self.video not in get_args(VideoFormat):
             raise ConfigError(f"video must be one of {', '.join(get_args(VideoFormat))}, got {self.video!r}")
         if not 0 < self.error_limit <= 1:
             raise ConfigError(f"error_limit must lie in (0, 1], got {self.error_limit}")
         if not 0 <= self.seed < 2**32:
             raise ConfigError(f"seed must lie in [0, 2**32), got {self.seed}")
+
+    @classmethod
+    def from_options(cls, *, quick: bool = False, **options: Any) -> Self:
+        """As of any study; but a path itself says how many frames there are."""
+        found = super().from_options(quick=quick, **options)
+        return found if found.path is None else replace(found, frames=options.get("frames"))
 
     def of_frames(self) -> dict[str, Any]:
         """The settings that frames depend on, and not only what becomes of them."""

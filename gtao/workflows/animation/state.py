@@ -5,7 +5,9 @@ folder: at every moment there is one whole state, or none.
 """
 
 import contextlib
+import hashlib
 import shutil
+import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -23,8 +25,9 @@ __all__ = ["Memory", "Progress", "Unfinished"]
 #: Folder in the output of a run that is not finished.
 FOLDER = "unfinished"
 STATE = "state.json"
-#: Part of the settings' hash: raise it when an older state must not be gone on from.
-SCHEMA = 1
+
+#: What every frame adds a value to.
+CURVES = ("rmse", "bias", "step", "lag")
 
 
 @dataclass(eq=False)
@@ -34,12 +37,12 @@ class Memory:
     Attributes:
         history: of its temporal filter.
         scores: of its frames so far.
-        curves: quantity -> its value in every frame so far.
+        curves: quantity -> its value in every frame so far, None where there is none.
     """
 
     history: History = field(default_factory=History)
     scores: evaluate.TemporalScores = field(default_factory=evaluate.TemporalScores)
-    curves: dict[str, list[float]] = field(default_factory=dict)
+    curves: dict[str, list[float | None]] = field(default_factory=lambda: {name: [] for name in CURVES})
 
 
 @dataclass(eq=False)
@@ -60,16 +63,23 @@ class Unfinished:
 
     Args:
         output: the directory.
-        settings: everything that the frames depend on. A state of other settings does not count.
+        settings: everything that the frames depend on. A state of other settings, or of another version of the
+            program, does not count.
     """
 
     def __init__(self, output: Path, settings: Mapping[str, Any]):
         self.folder = output / FOLDER
-        self._settings = io.canonical_json({"schema": SCHEMA, **settings})
+        self._settings = io.canonical_json({"program": _program(), **settings})
+
+    def methods(self) -> list[str]:
+        """Names of the methods of whatever run has left its state here."""
+        with contextlib.suppress(GtaoError, ValueError, KeyError, TypeError, AttributeError):
+            return [*map(str, read_json(self.folder / STATE, "state")["curves"].keys())]
+        return []
 
     def load(self, methods: list[str]) -> Progress:
         """Where the run stopped; its beginning if there is no state of these settings, or none that can be read."""
-        with contextlib.suppress(GtaoError, OSError, ValueError, KeyError, TypeError):
+        with contextlib.suppress(GtaoError, OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile):
             state = read_json(self.folder / STATE, "state")
             if state["settings"] == self._settings:
                 folder = self.folder / state["folder"]
@@ -113,8 +123,17 @@ class Unfinished:
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
+def _program() -> dict[str, Any]:
+    """What says whether it is the same program: versions of packages, and a hash of this one's own files."""
+    package, hasher = Path(__file__).parents[2], hashlib.sha256()
+    for path in sorted(package.rglob("*.py")):
+        hasher.update(path.relative_to(package).as_posix().encode() + path.read_bytes())
+    return {"versions": io.versions(), "sha256": hasher.hexdigest()}
+
+
 def _read(folder: Path, method: str, curves: dict[str, Any]) -> Memory:
-    with np.load(folder / f"{method}.scores.npz", allow_pickle=False) as stored:
+    path = folder / f"{method}.scores.npz"
+    with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
         scores = evaluate.TemporalScores.from_state(dict(stored))
     history = io.read_history(folder / f"{method}.history.npz")
-    return Memory(history, scores, {name: list(values) for name, values in curves.items()})
+    return Memory(history, scores, {name: list(curves[name]) for name in CURVES})
