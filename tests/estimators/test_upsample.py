@@ -265,6 +265,15 @@ def test_a_frame_without_the_surface_is_open(method):
     assert (np.array(result.mean_direction) == 0).all()
 
 
+@pytest.mark.parametrize("method", [gtao.BilateralUpsample(), gtao.PlaneAwareUpsample(tolerance=1e-12)])
+def test_however_far_the_texels_are_they_count(method):
+    """In single precision fourth powers of such distances overflow."""
+    z = np.full((16, 16), 1e-3, np.float32)
+    g = facing(z)
+    small = gtao.GBuffer(np.full((8, 8), 1e9, np.float32), np.broadcast_to(SKY, (8, 8, 3)), g.camera.reduced(2))
+    assert enlarged(small, g, np.full((8, 8), 0.3, np.float32), method) == pytest.approx(0.3, abs=1e-6)
+
+
 def test_small_frames_that_are_rendered_at_their_size():
     """Any smaller frame of the view will do, at any ratio of sizes."""
     large, small = (fields.in_perspective(fields.waves(0.1, 3.0), size=size) for size in (48, 20))
@@ -375,7 +384,6 @@ def test_frozen(method):
         (lambda ao, low, g: (ao, low, facing(np.ones((27, 27)), 2.0)), gtao.ShapeError, "smaller one of the view"),
         (lambda ao, low, g: (ao.crop(1, 1, 9, 9), low.crop(1, 1, 9, 9), g), gtao.ShapeError, "of the view"),
         (lambda ao, low, g: (ao, low, from_above()), gtao.ShapeError, "of the view"),
-        (lambda ao, low, g: (estimate(g, np.ones(g.shape)), g, low), gtao.ShapeError, "of the view"),
     ],
 )
 def test_refusals(arguments, error, words):
@@ -384,6 +392,12 @@ def test_refusals(arguments, error, words):
     with pytest.raises(error) as caught:
         gtao.upsample(*arguments(estimate(low, np.ones(low.shape)), low, g))
     assert words in str(caught.value)
+
+
+def test_a_larger_frame_is_refused():
+    g = facing(np.full((16, 16), 2.0))
+    with pytest.raises(gtao.ShapeError, match="smaller one of the view"):
+        gtao.upsample(estimate(g, np.ones(g.shape)), g, smaller(g))
 
 
 @pytest.mark.parametrize(
