@@ -3,7 +3,6 @@
 import math
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -11,7 +10,7 @@ from matplotlib.ticker import MaxNLocator
 
 from gtao.errors import ShapeError
 
-from .style import FAINT, INK, MUTED, NO_VALUE, PUBLISHED, ShownFigure, styled
+from .style import FAINT, INK, MUTED, NO_VALUE, ShownFigure, method_styles, styled
 
 __all__ = ["depth_around", "slices"]
 
@@ -47,7 +46,7 @@ def slices(inspection: Any, g: Any) -> Figure:
     width = max(columns * _WIDTH, 5.0)
     figure = ShownFigure(figsize=(width, _IMAGE_HEIGHT + rows * _HEIGHT), layout="constrained")
     grid = figure.add_gridspec(rows + 1, columns, height_ratios=[_IMAGE_HEIGHT] + [_HEIGHT] * rows)
-    colours = [mpl.colormaps["twilight_shifted"](0.1 + 0.8 * k / len(shown)) for k in range(len(shown))]
+    colours = [style["color"] for style in method_styles(str(k) for k in range(len(shown))).values()]
     _over_depth(figure.add_subplot(grid[0, :]), inspection, g, colours)
     for k, (sl, colour) in enumerate(zip(shown, colours, strict=True)):
         axis = figure.add_subplot(grid[1 + k // columns, k % columns])
@@ -78,7 +77,7 @@ def depth_around(axis: Axes, g: Any, x: int, y: int, left: int, right: int, top:
     axis.grid(visible=False)
     axis.xaxis.set_major_locator(MaxNLocator(6, integer=True))
     axis.yaxis.set_major_locator(MaxNLocator(6, integer=True))
-    axis.plot([x], [y], marker="+", color=PUBLISHED, markersize=11, markeredgewidth=2, zorder=6)
+    axis.plot([x], [y], marker="+", color=INK, markersize=11, markeredgewidth=2, zorder=6)
 
 
 def _over_depth(axis: Axes, inspection: Any, g: Any, colours: list[Any]) -> None:
@@ -103,7 +102,9 @@ def _profile(axis: Axes, sl: Any, colour: Any) -> None:
     """Heights above the plane orthogonal to the zenith, over the distance within it."""
     seen = [s for s in sl.samples if math.isfinite(s.distance) and math.isfinite(s.cosine)]
     points = np.array([_place(s.side, s.cosine, s.distance) for s in seen]).reshape(-1, 2)
-    limit = 1.15 * max(np.abs(points[:, 0]).max(initial=0.0), 1e-9)
+    # Far below or above lie samples beyond depth edges, which would make everything else small.
+    across, up = np.abs(points).max(axis=0, initial=1e-9)
+    limit = 1.15 * max(across, min(up, 2 * across))
     for side in (0, 1):
         for upper, lower in _blocked(sl, side):
             _wedge(axis, side, upper, lower, 2 * limit, colour)
@@ -119,7 +120,7 @@ def _profile(axis: Axes, sl: Any, colour: Any) -> None:
     axis.plot(*best.T, "o", markerfacecolor="none", markeredgecolor=INK, markersize=7)
     n_V, n_T = sl.normal
     length = 0.55 * limit / math.hypot(n_V, n_T)
-    axis.annotate("", (n_T * length, n_V * length), (0, 0), arrowprops={"arrowstyle": "->", "color": PUBLISHED})
+    axis.annotate("", (n_T * length, n_V * length), (0, 0), arrowprops={"arrowstyle": "->", "color": INK})
     axis.set(xlim=(-limit, limit), ylim=(-0.9 * limit, limit), aspect="equal")
     axis.xaxis.set_major_locator(MaxNLocator(3))
     axis.yaxis.set_major_locator(MaxNLocator(3))
