@@ -21,6 +21,7 @@ class Contents:
     Attributes:
         channels: tuples of arrays by names of ``CHANNELS``.
         count: effective number of frames in each pixel, 0 where there is nothing to go on from.
+        deviation: mean deviation of the visibility of a pixel's frames from its history, or None.
         view_z: depth of the last frame.
         motion: x and y of its motion in pixels, or None where nothing moved.
         camera: its camera, in plain numbers.
@@ -29,6 +30,7 @@ class Contents:
 
     channels: dict[str, tuple[Any, ...]]
     count: Any
+    deviation: Any
     view_z: Any
     motion: tuple[Any, Any] | None
     camera: Any
@@ -102,6 +104,13 @@ class History:
     def count(self) -> Any:
         """(H, W) effective number of frames in each pixel: whose plain mean would be as steady. Or None."""
         return None if self.contents is None else self._plane(self.contents.count)
+
+    @property
+    def deviation(self) -> Any:
+        """(H, W) mean deviation of a pixel's frames from its history, or None: empty, or the filter needs none."""
+        return (
+            None if self.contents is None or self.contents.deviation is None else self._plane(self.contents.deviation)
+        )
 
     @property
     def view_z(self) -> Any:

@@ -42,6 +42,8 @@ class TemporalFilter:
             of slopes; "none", as in the slides, takes slopes for disocclusions.
         clamp: keep the history within the range of the frame around the pixel, of means of 2×2 pixels.
         clamp_window: how far beyond, in widths of the range, where the velocity weight is 1.
+        deviation_window: how much farther, in mean deviations of a pixel's frames from its history, which the history
+            then keeps too: noise does not call the clamp. 0 as in the slides.
         velocity_weighting: whether that weight falls to 0, at a difference of ``velocity_scale_px`` between a pixel's
             motion and that of what was seen at its place before; otherwise it is 1.
         velocity_scale_px: pixels per frame.
@@ -55,6 +57,7 @@ class TemporalFilter:
     derivatives: Derivatives = "first"
     clamp: bool = True
     clamp_window: Any = 0.5
+    deviation_window: Any = 0.0
     velocity_weighting: bool = True
     velocity_scale_px: Any = 4.0
 
@@ -71,8 +74,9 @@ class TemporalFilter:
         check_positive("covering", self.covering, infinite=True)
         check_choice("derivatives", self.derivatives, Derivatives)
         check_flag("clamp", self.clamp)
-        if not 0 <= check_number("clamp_window", self.clamp_window) < math.inf:
-            raise ConfigError(f"clamp_window must be finite and not negative, got {self.clamp_window!r}")
+        for name in ("clamp_window", "deviation_window"):
+            if not 0 <= check_number(name, getattr(self, name)) < math.inf:
+                raise ConfigError(f"{name} must be finite and not negative, got {getattr(self, name)!r}")
         check_flag("velocity_weighting", self.velocity_weighting)
         check_positive("velocity_scale_px", self.velocity_scale_px)
 
@@ -83,6 +87,14 @@ class TemporalFilter:
         Their depth scale, convergence times and velocity weight are not printed; these are the defaults here.
         """
         return cls(derivatives="none")
+
+    @classmethod
+    def recommended(cls) -> "TemporalFilter":
+        """What follows moving images more closely and flickers less than the slides' (docs/departures).
+
+        Depths are compared in both directions, and the clamp's window is as wide as the noise, not as the range.
+        """
+        return cls(disocclusion=0.05, covering=0.05, clamp_window=0.0, deviation_window=1.0)
 
     def step(self, ao: "AmbientOcclusion", g: "GBuffer", history: "History | None" = None) -> "AmbientOcclusion":
         """The estimate ``ao`` of frame ``g``, accumulated with those that ``history`` has taken, which takes this one.

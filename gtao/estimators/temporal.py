@@ -43,11 +43,13 @@ def accumulate(ao: AmbientOcclusion, g: GBuffer, temporal: TemporalFilter, histo
             # An array of its own: a caller may write into the memory of the result.
             kept[name] = (dr.select(count > 0, kept[name][0], 0),)
     moved = None if motion is None else tuple(map(dr.detach, motion[:2]))
-    dr.eval(result.channels, count, kept, moved)
+    deviation = None if result.deviation is None else dr.detach(result.deviation)
+    dr.eval(result.channels, count, deviation, kept, moved)
     history.take(
         Contents(
             channels=kept,
             count=count,
+            deviation=deviation,
             view_z=dr.detach(g.view_z.array),
             motion=moved,
             camera=camera_from_dict(g.camera.to_dict()),

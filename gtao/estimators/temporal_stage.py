@@ -21,10 +21,12 @@ Channels = dict[str, tuple[Any, ...]]
 
 @dataclass(frozen=True)
 class Accumulated:
-    """Channels of the result, and its effective number of frames: 0 on the background and where it is not finite."""
+    """Channels of the result, its effective number of frames, 0 on the background and where it is not finite, and its
+    mean deviation, if it is to be kept."""
 
     channels: Channels
     count: Any
+    deviation: Any = None
 
 
 @dataclass(frozen=True)
@@ -34,6 +36,7 @@ class _Past:
     channels: dict[str, tuple[Image, ...]]
     view_z: Image
     count: Image
+    deviation: Image | None
     motion: tuple[Image, ...] | None
 
     @classmethod
@@ -44,7 +47,8 @@ class _Past:
 
         channels = {name: tuple(map(image, arrays)) for name, arrays in contents.channels.items()}
         motion = None if contents.motion is None else tuple(map(image, contents.motion))
-        return cls(channels, image(contents.view_z), image(contents.count), motion)
+        deviation = None if contents.deviation is None else image(contents.deviation)
+        return cls(channels, image(contents.view_z), image(contents.count), deviation, motion)
 
 
 @dataclass(frozen=True)
@@ -57,12 +61,13 @@ class _Numbers:
     disocclusion: Any
     covering: Any
     window: Any
+    deviations: Any
     velocity_scale: Any
     turn: tuple[tuple[Any, ...], ...] | None
 
     @classmethod
     def of(cls, values: tuple[Any, ...]) -> "_Numbers":
-        numbers, turn = values[:7], values[7:]
+        numbers, turn = values[:8], values[8:]
         return cls(*numbers, turn=tuple(turn[i : i + 3] for i in (0, 3, 6)) if turn else None)
 
 
@@ -88,21 +93,23 @@ def accumulated(
         current = {name: tuple(images.pop(0) for _ in range(n)) for name, n in zip(channels, sizes, strict=True)}
         view_z, *moved = images
         moved = [m.own for m in moved] or None
-        result, count = _mixed(current, past, view_z, moved, numbers, f, g.camera.is_orthographic, grid)
-        return *(c for arrays in result.values() for c in arrays), count
+        mixed = _mixed(current, past, view_z, moved, numbers, f, g.camera.is_orthographic, grid)
+        flat = tuple(c for arrays in mixed.channels.values() for c in arrays)
+        return *flat, mixed.count, *(() if mixed.deviation is None else (mixed.deviation,))
 
     flat = [c for arrays in channels.values() for c in arrays]
     # Neighbours are read.
     dr.eval(flat)
     numbers = (f.frames, f.moving_frames, f.moving_speed_px, f.disocclusion, f.covering)
-    numbers += (f.clamp_window, f.velocity_scale_px, *_turn(before, g, channels))
-    *flat, count = staged(stage, (*flat, g.view_z.array, *(motion or ())), numbers)
+    numbers += (f.clamp_window, f.deviation_window, f.velocity_scale_px, *_turn(before, g, channels))
+    flat = list(staged(stage, (*flat, g.view_z.array, *(motion or ())), numbers))
     result = {name: tuple(flat.pop(0) for _ in range(n)) for name, n in zip(channels, sizes, strict=True)}
     surface = g.mask.array
     for name, arrays in result.items():
         background = 1 if CHANNELS[name] == 1 else 0
         result[name] = tuple(dr.select(surface, c, background) for c in arrays)
-    return Accumulated(result, _counted(count, result, g))
+    count, *deviation = flat
+    return Accumulated(result, _counted(count, result, g), *deviation)
 
 
 def _turn(before: Contents, g: GBuffer, channels: Channels) -> tuple[float, ...]:
@@ -123,7 +130,7 @@ def _counted(count: Any, channels: Channels, g: GBuffer) -> Any:
 
 
 def _mixed(current, past, view_z, moved, numbers, f, orthographic, grid):
-    """Arrays by name, and the effective number of frames."""
+    """:class:`Accumulated` of surfaces."""
     zero = grid.types.Float(0)
     change, moved = (zero, None) if moved is None else (moved[2], moved[:2])
     surface = kernels.predicted(view_z, change, f.derivatives == "first", orthographic, grid)
@@ -135,13 +142,17 @@ def _mixed(current, past, view_z, moved, numbers, f, orthographic, grid):
     weight = kernels.blend(variance, speed, 1 / numbers.frames, 1 / numbers.moving_frames, numbers.moving_speed)
     (visibility,) = current["visibility"]
     h = dr.fma(1 - share, visibility.own, kernels.mix(taps, past.channels["visibility"][0], grid))
-    kept = h
+    kept, deviation = h, None
     if f.clamp:
-        widening = numbers.window
+        widening, margin = numbers.window, zero
+        if dr.is_array_v(f.deviation_window) or f.deviation_window > 0:
+            before = zero if past.deviation is None else kernels.mix(taps, past.deviation, grid)
+            deviation, margin = kernels.deviation(before, h, visibility.own), numbers.deviations * before
         if f.velocity_weighting:
             difference = kernels.motion_difference(moved, past.motion, grid)
-            widening = widening * kernels.velocity_weight(difference, numbers.velocity_scale)
-        kept = kernels.clamped(h, *kernels.low_passed_bounds(visibility, view_z, grid), widening)
+            trust = kernels.velocity_weight(difference, numbers.velocity_scale)
+            widening, margin = widening * trust, margin * trust
+        kept = kernels.clamped(h, *kernels.low_passed_bounds(visibility, view_z, grid), widening, margin)
     result = {"visibility": (dr.fma(weight, visibility.own - kept, kept),)}
     # Directions move as far toward this frame as the clamp has moved the visibility.
     keep = (1 - weight) * (1 - kernels.moved_share(h, kept, visibility.own)) if f.clamp else 1 - weight
@@ -152,4 +163,4 @@ def _mixed(current, past, view_z, moved, numbers, f, orthographic, grid):
         if numbers.turn is not None and len(old) > 1:
             old = (kernels.turned_vector if len(old) == 3 else kernels.turned_harmonics)(old, numbers.turn)
         result[name] = tuple(dr.fma(keep, dr.fma(-share, c.own, o), c.own) for c, o in zip(images, old, strict=True))
-    return result, kernels.effective_count(1 - share * (1 - weight), variance)
+    return Accumulated(result, kernels.effective_count(1 - share * (1 - weight), variance), deviation)

@@ -42,6 +42,8 @@ def write_history(path: str | os.PathLike, history: History) -> None:
         kept = history.contents
         values |= {"camera": kept.camera.to_dict(), "view_to_world": kept.view_to_world}
         planes = {**kept.channels, "count": (kept.count,), "view_z": (kept.view_z,)}
+        if kept.deviation is not None:
+            planes["deviation"] = (kept.deviation,)
         if kept.motion is not None:
             planes["motion"] = kept.motion
         arrays = {name: np.stack([np.array(plane) for plane in value]) for name, value in planes.items()}
@@ -97,6 +99,7 @@ def _contents(arrays: Mapping[str, np.ndarray], values: Mapping[str, Any]) -> Co
     return Contents(
         channels={name: planes(name, n) for name, n in CHANNELS.items() if name in arrays},
         count=planes("count", 1)[0],
+        deviation=planes("deviation", 1)[0] if "deviation" in arrays else None,
         view_z=planes("view_z", 1)[0],
         motion=planes("motion", 2) if "motion" in arrays else None,
         camera=camera,

@@ -71,6 +71,7 @@ OPTIONS = {
     "no clamp": {"clamp": False},
     "no velocity weight": {"velocity_weighting": False, "clamp_window": 0.1},
     "tight window": {"clamp_window": 0.0},
+    "window of deviations": {"clamp_window": 0.1, "deviation_window": 0.4},
     "no slopes": {"derivatives": "none"},
     "covering": {"covering": 0.05, "disocclusion": 0.2},
     "short": {"frames": 3.0, "moving_frames": 2.0, "moving_speed_px": 2.0, "clamp": False},
@@ -123,6 +124,7 @@ def test_options_are_those_of_the_definition():
         ({"moving_speed_px": 0}, "moving_speed_px must be positive, got"),
         ({"velocity_scale_px": np.inf}, "velocity_scale_px must be positive and finite"),
         ({"clamp_window": -0.1}, "clamp_window must be finite and not negative"),
+        ({"deviation_window": np.nan}, "deviation_window must be finite and not negative"),
         ({"clamp": 1}, "clamp must be True or False"),
         ({"velocity_weighting": None}, "velocity_weighting must be True or False"),
         ({"derivatives": "second"}, "derivatives must be one of 'none', 'first'"),
@@ -139,6 +141,13 @@ def test_configurations_come_back_from_plain_values():
         assert gtao.method_from_dict(gtao.io.with_infinities(json.loads(text))) == f
     differing = gtao.config.deviations(gtao.TemporalFilter.as_published())
     assert [d.label for d in differing] == ["derivatives = none"]
+    differing = gtao.config.deviations(gtao.TemporalFilter.recommended())
+    assert {d.option: d.value for d in differing} == {
+        "disocclusion": 0.05,
+        "covering": 0.05,
+        "clamp_window": 0,
+        "deviation_window": 1,
+    }
 
 
 def world_frame(camera, view_to_world, plane):
@@ -245,6 +254,26 @@ def test_from_then_on_an_exponential_mean():
         g = frame(z)
         result = temporal.step(estimate(g, {"visibility": image}), g, history)
     np.testing.assert_allclose(result.visibility.numpy(), want, atol=EXACT)
+
+
+def test_noise_does_not_call_the_clamp_where_its_window_is_as_wide():
+    """White noise around one value at rest: the slides' clamp brings back what the mean has taken away."""
+    z, flicker = np.full((24, 24), 2.0), {}
+    camera = gtao.PerspectiveCamera(24, 24, 0.9)
+    for name, temporal in (("slides", gtao.TemporalFilter()), ("deviations", gtao.TemporalFilter.recommended())):
+        history, results = gtao.History(), []
+        for k in range(64):
+            image = 0.5 + 0.05 * np.random.default_rng(k).standard_normal(z.shape)
+            g = frame(z, camera=camera)
+            results.append(temporal.step(estimate(g, {"visibility": image}), g, history).visibility.numpy())
+        flicker[name] = np.std(results[32:], axis=0).mean()
+    # Of a mean of 47 frames' weight, whose noise is 0.05 / √47, nothing else is left.
+    assert flicker["deviations"] < 1.3 * 0.05 / np.sqrt(47)
+    assert flicker["slides"] > 1.5 * flicker["deviations"]
+    # A change of three deviations of the noise in all of the image still gets through at once.
+    g = frame(z, camera=camera)
+    after = temporal.step(estimate(g, {"visibility": np.full(z.shape, 0.9)}), g, history).visibility.numpy()
+    assert after.min() > 0.8
 
 
 def test_a_surface_that_was_hidden_starts_anew():

@@ -44,10 +44,14 @@ NUMBERS = {
     "covering": 0.08,
     "clamp_window": 0.2,
     "velocity_scale_px": 4.0,
+    "deviation_window": 0.3,
 }
 #: How the filter is made, and which of its numbers matter then.
 FILTERS = {
-    "clamped": ({}, ("frames", "moving_frames", "moving_speed_px", "clamp_window", "velocity_scale_px")),
+    "clamped": (
+        {},
+        ("frames", "moving_frames", "moving_speed_px", "clamp_window", "velocity_scale_px", "deviation_window"),
+    ),
     "not clamped": ({"clamp": False}, ("frames", "moving_frames", "moving_speed_px", "disocclusion", "covering")),
     "no slopes": ({"clamp": False, "derivatives": "none"}, ("disocclusion", "covering")),
 }
@@ -61,9 +65,10 @@ CASES = [
 ]
 
 
-def first_frame():
-    values, history = values_of(0), gtao.History()
-    apply(values, history, gtao.TemporalFilter())
+def first_frames():
+    history = gtao.History()
+    for seed in (2, 0):
+        apply(values_of(seed), history, gtao.TemporalFilter(deviation_window=0.3))
     return history
 
 
@@ -74,11 +79,11 @@ def apply(values, history, temporal):
     return temporal.step(ao, g, history)
 
 
-HISTORY = first_frame()
+HISTORY = first_frames()
 
 
 def stepped(name, channel="visibility"):
-    """The second frame as a function of everything that it depends on."""
+    """The third frame as a function of everything that it depends on."""
     options, _ = FILTERS[name]
 
     def f(values):

@@ -21,7 +21,17 @@ def pose(k):
     return [[c, 0, s, 0.1 * k], [0, 1, 0, -0.02 * k], [-s, 0, c, 0.05 * k], [0, 0, 0, 1]]
 
 
-def step(history, k, *, camera=CAMERAS["perspective"], dtype=np.float32, directions=True, posed=True, motion=False):
+def step(
+    history,
+    k,
+    *,
+    camera=CAMERAS["perspective"],
+    dtype=np.float32,
+    directions=True,
+    posed=True,
+    motion=False,
+    recommended=False,
+):
     """One frame of a camera that moves, with noise in every channel."""
     rng = np.random.default_rng(k)
     z = (2 + rng.random((HEIGHT, WIDTH))).astype(dtype)
@@ -34,7 +44,8 @@ def step(history, k, *, camera=CAMERAS["perspective"], dtype=np.float32, directi
 
     more = {"mean_direction": image(3), "visibility_sh": image(9), "unshaped": image()} if directions else {}
     ao = gtao.AmbientOcclusion(visibility=image(), **more, normal_v=g.normal_v, config=gtao.GTAO())
-    result = gtao.TemporalFilter().step(ao, g, history)
+    temporal = gtao.TemporalFilter.recommended() if recommended else gtao.TemporalFilter()
+    result = temporal.step(ao, g, history)
     return {name: getattr(result, name).numpy().copy() for name in ("visibility", *more)}
 
 
@@ -44,6 +55,7 @@ KINDS = {
     "parallel projection": {"camera": CAMERAS["parallel"]},
     "visibility alone, without poses": {"directions": False, "posed": False},
     "motion of its own": {"motion": True, "posed": False},
+    "deviations": {"recommended": True},
 }
 
 
@@ -59,7 +71,7 @@ def test_frames_after_reading_are_those_of_a_run_without_a_break(options, tmp_pa
             assert np.array_equal(want[name], got[name]), (name, k)
     assert broken.frame_index == whole.frame_index == 8
     assert (broken.camera, broken.view_to_world) == (whole.camera, whole.view_to_world)
-    for name in ("visibility", "count", "view_z", "motion", "mean_direction", "visibility_sh", "unshaped"):
+    for name in ("visibility", "count", "view_z", "motion", "mean_direction", "visibility_sh", "unshaped", "deviation"):
         a, b = getattr(whole, name), getattr(broken, name)
         assert (a is None) == (b is None), name
         if a is not None:

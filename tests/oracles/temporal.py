@@ -16,6 +16,7 @@ class State:
     count: np.ndarray
     view_z: np.ndarray
     motion: np.ndarray
+    deviation: np.ndarray = None
 
 
 @dataclass
@@ -28,6 +29,7 @@ class Options:
     derivatives: str = "first"
     clamp: bool = True
     clamp_window: float = 0.5
+    deviation_window: float = 0.0
     velocity_weighting: bool = True
     velocity_scale_px: float = 4.0
     orthographic: bool = False
@@ -103,11 +105,11 @@ def step(images, z, motion, past: State | None, o: Options) -> State:
     """The next state, whose images are the result; background 1 in images of one channel, 0 in others."""
     surface = np.isfinite(z)
     if past is None:
-        return State(images, surface.astype(float), z, motion)
+        return State(images, surface.astype(float), z, motion, np.zeros(z.shape))
     height, width = z.shape
     old = {name: turned(image, o.turn) for name, image in past.images.items()}
     result = {name: np.full(image.shape, 1.0 if image.ndim == 2 else 0.0) for name, image in images.items()}
-    count = np.zeros((height, width))
+    count, deviation = np.zeros((height, width)), np.zeros((height, width))
     for y, x in np.argwhere(surface):
         mx, my, change = motion[y, x]
         qx, qy = x + 0.5 - mx, y + 0.5 - my
@@ -138,7 +140,9 @@ def step(images, z, motion, past: State | None, o: Options) -> State:
         kept, moved = h["visibility"], 0.0
         if o.clamp:
             means = block_means(images["visibility"], z, y, x)
-            window = o.clamp_window * (max(means) - min(means))
+            usual = sum(b * w * past.deviation[p] for b, w, p in zip(bilinear, weights, places, strict=True))
+            deviation[y, x] = usual + (abs(v - h["visibility"]) - usual) / 16
+            window = o.clamp_window * (max(means) - min(means)) + o.deviation_window * usual
             if o.velocity_weighting:
                 # Half a texel to either side is rounded to even.
                 j = min(max(int(np.round(y - my)), 0), height - 1)
@@ -153,4 +157,4 @@ def step(images, z, motion, past: State | None, o: Options) -> State:
                 result[name][y, x] = (1 - alpha) * (d + moved * (c - d)) + alpha * c
         a = 1 - share * (1 - alpha)
         count[y, x] = 1 / (a**2 + (1 - a) ** 2 * variance)
-    return State(result, count, z, motion)
+    return State(result, count, z, motion, deviation)

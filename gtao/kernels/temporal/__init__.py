@@ -4,7 +4,7 @@
 say, :func:`low_passed_bounds` and :func:`clamped` how far they may be from the frame at hand.
 """
 
-from .blend import blend, effective_count
+from .blend import blend, deviation, effective_count
 from .clamp import clamped, low_passed_bounds, moved_share
 from .reprojection import HistoryTap, Prediction, depth_weight, history_taps, predicted
 from .taps import mix, steadiness
@@ -17,6 +17,7 @@ __all__ = [
     "blend",
     "clamped",
     "depth_weight",
+    "deviation",
     "effective_count",
     "history_taps",
     "low_passed_bounds",

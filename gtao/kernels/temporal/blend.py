@@ -4,7 +4,10 @@ import drjit as dr
 
 from .ramps import saturate
 
-__all__ = ["blend", "effective_count"]
+__all__ = ["blend", "deviation", "effective_count"]
+
+# Deviations are noisier than values, and must not follow what happens at once.
+DEVIATION_FRAMES = 16
 
 
 def blend(variance, speed, rate, moving_rate, moving_speed):
@@ -29,3 +32,8 @@ def effective_count(share, variance):
     """
     rest = 1 - share
     return 1 / dr.fma(share, share, rest * rest * variance)
+
+
+def deviation(before, history, current):
+    """Exponential mean of how far a pixel's frames were from its history, before the clamp."""
+    return dr.fma(1 / DEVIATION_FRAMES, abs(current - history) - before, before)

@@ -35,9 +35,14 @@ def low_passed_bounds(values, view_z, grid):
     return low, high
 
 
-def clamped(history, low, high, widening):
-    """History within [low - c w, high + c w], w = high - low, c = ``widening``; theory, eq. (179)."""
-    window = widening * (high - low)
+def clamped(history, low, high, widening, margin=0):
+    """History within [low - c w - d, high + c w + d], w = high - low; theory, eq. (179).
+
+    Args:
+        widening: c.
+        margin: d.
+    """
+    window = dr.fma(widening, high - low, margin)
     low, high = low - window, high + window
     return dr.select(history < low, low, dr.select(history > high, high, history))
 
