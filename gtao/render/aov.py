@@ -47,7 +47,7 @@ def gbuffer_from_aov(
             "nn", "position", "pos", "albedo" …).
 
     Returns:
-        ``gtao.GBuffer`` in the view frame, background inf.
+        ``gtao.GBuffer`` in the view frame, background inf, with the pose of the sensor.
 
     Raises:
         ImageError: the file cannot be read, or an output is missing or ambiguous; the message lists what is
@@ -89,6 +89,7 @@ def gbuffer_from_aov(
         np.where(surface[..., None], normal_v, [0.0, 0.0, 1.0]).astype(np.float32),
         camera,
         albedo=None if colour is None else np.clip(colour, 0, 1).astype(np.float32),
+        view_to_world=view_to_world,
     )
 
 

@@ -75,6 +75,7 @@ def test_agrees_with_the_unfiltered_buffer_within_a_pixel(kind, aovs, from_depth
     sensor = scene.sensors()[0]
     exact = render.gbuffer(scene)
     g = render.gbuffer_from_aov(rendered(scene, aovs), sensor)
+    assert g.view_to_world == exact.view_to_world
     both = g.mask.numpy() & exact.mask.numpy()
     # A jittered ray may miss the wall where the centre's meets it, along the outline only.
     outline = _outline(exact.mask.numpy())

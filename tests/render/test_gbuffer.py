@@ -61,6 +61,7 @@ def test_positions_and_normals_are_those_of_the_scene(make, normals):
 
     np.testing.assert_array_equal(g.mask.numpy(), valid)
     assert np.all(np.isinf(g.view_z.numpy()[~valid]))
+    np.testing.assert_array_equal(g.view_to_world, view_to_world)
     position_w = g.position_v.numpy() @ view_to_world[:3, :3].T + view_to_world[:3, 3]
     assert np.abs(position_w - p)[valid].max() < POSITION_TOLERANCE
 
