@@ -64,7 +64,7 @@ class NearestDepthUpsample:
             between two values, and has no derivative.
     """
 
-    threshold: float = 0.1
+    threshold: float = 0.02
 
     def __post_init__(self) -> None:
         check_positive("threshold", self.threshold)
@@ -84,7 +84,7 @@ class BilateralUpsample:
         threshold: difference of depth, as a share of the pixel's, that halves a weight.
     """
 
-    threshold: float = 0.1
+    threshold: float = 0.02
 
     def __post_init__(self) -> None:
         check_positive("threshold", self.threshold)

@@ -141,11 +141,11 @@ def test_nothing_leaks_across_a_depth_step(method, factor, choice):
 
 
 def test_planes_hold_a_small_step_apart_where_depth_alone_does_not():
-    """A box lies 4 % of the depth above the floor: less than the bilateral threshold, but many pixels."""
+    """A box lies 1.25 % of the depth above the floor: less than the bilateral threshold, but many pixels."""
     z = np.full((32, 40), 2.0)
-    z[:, 18:] = 1.92
-    truth = np.where(z < 1.95, 1.0, 0.5)
-    g = facing(z, fov=0.3)
+    z[:, 18:] = 1.975
+    truth = np.where(z < 1.99, 1.0, 0.5)
+    g = facing(z, fov=0.1)
     small = smaller(g)
     error = {
         name: np.abs(enlarged(small, g, at_chosen(g, truth, 2), METHODS[name]) - truth).max() for name in EDGE_AWARE
