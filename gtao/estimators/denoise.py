@@ -14,6 +14,7 @@ from gtao.results import AmbientOcclusion
 from gtao.stages import staged
 
 from .estimate import check_estimate, check_frame_index
+from .view import view_numbers
 
 __all__ = ["denoise", "filtered"]
 
@@ -150,9 +151,7 @@ def _plane_aware(channels: Channels, g: GBuffer, f: PlaneAwareFilter, odd_frame:
             return filters.weighted_mean(one, taps, grid, images)
         return filters.local_plane(one, taps, grid, images, ridge=RIDGE)
 
-    fx, fy = camera.fx, camera.fy
-    view = (1 / fx, (0.5 - camera.cx) / fx, -1 / fy, (camera.cy - 0.5) / fy, 1 / min(fx, fy))
-    return _one_pass(average, channels, (g.view_z.array, *g.normal_arrays()), (f.tolerance, *view), g)
+    return _one_pass(average, channels, (g.view_z.array, *g.normal_arrays()), (f.tolerance, *view_numbers(camera)), g)
 
 
 # What filters the channels of an even or odd frame, for each class of filter.
