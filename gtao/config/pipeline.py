@@ -76,17 +76,20 @@ class Pipeline:
         )
 
     @classmethod
-    def recommended(cls, radius: float, *, bent_normal: bool = False, directional: bool = False) -> "Pipeline":
+    def recommended(
+        cls, radius: float, *, temporal: bool = False, bent_normal: bool = False, directional: bool = False
+    ) -> "Pipeline":
         """What to take where nothing is known of a scene; see :func:`gtao.config.recommended.recommended`.
 
         Args:
             radius: reach of an occluder in scene units, finite.
+            temporal: for sequences: fewer samples a frame, and a history.
             bent_normal, directional: also give directions, as :class:`gtao.VisibilityBitmask` does; the visibility
                 stays what it is.
         """
         from .recommended import recommended
 
-        return recommended(radius, bent_normal=bent_normal, directional=directional)
+        return recommended(radius, temporal=temporal, bent_normal=bent_normal, directional=directional)
 
     def step(
         self, g: "GBuffer", history: "History | None" = None, *, frame_index: int | None = None

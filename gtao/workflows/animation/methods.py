@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from gtao import io
@@ -14,7 +15,10 @@ from gtao.workflows.options import changed_pipeline, pipeline_from_options
 __all__ = ["PIPELINES", "Method", "methods_of"]
 
 #: Pipelines that remember, each with one radius to set, beside the methods of :data:`gtao.config.NAMED`.
-PIPELINES: dict[str, Callable[[float], Pipeline]] = {"published-pipeline": Pipeline.as_published}
+PIPELINES: dict[str, Callable[[float], Pipeline]] = {
+    "published-pipeline": Pipeline.as_published,
+    "recommended-temporal": partial(Pipeline.recommended, temporal=True),
+}
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,154 @@
+"""The numbers of ``gtao.Pipeline.recommended(radius, temporal=True)``, chosen on the embedded animations.
+
+    python fits/temporal/2026-11/run.py -o DIR
+
+One slice of the recommended bitmask per frame, its filter, and a temporal filter whose options are searched one after
+the other: by how much depths may differ, the neighbourhood clamp, the convergence time, the noise. The score is the mean
+logarithm of the error against ray-traced truth, over animations, from frame FIRST on; an option leaves its START for
+the best value only where that lowers the error by a share of GAIN. Beside the result stand the single frame of three
+slices, one slice without history, half resolution and the published pipeline. Records are not edited: run into another
+directory to repeat it.
+"""
+
+import argparse
+import hashlib
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+import gtao
+from gtao import io, render
+
+RESOLUTION, N_FRAMES, FIRST, SPP, SEED = 160, 24, 8, 128, 0
+ANIMATIONS = ("still", "orbit", "passing_object", "thin_bars", "fast_rotation", "waves")
+
+#: Less is not worth a narrower tolerance, a weaker clamp or a shorter memory.
+GAIN = 0.005
+START = {"tolerance": 0.01, "clamp_window": 0.5, "frames": 24, "noise": "spatial_4x4"}
+#: Options in the order in which they are searched; "none" is no clamp.
+SEARCH = {
+    "tolerance": (0.0025, 0.005, 0.01, 0.02, 0.05),
+    "clamp_window": ("none", 0.0, 0.25, 0.5, 1.0, 2.0),
+    "frames": (6, 12, 24, 48),
+    "noise": (
+        "spatial_4x4",
+        "spatial_4x4_fine",
+        "spatial_4x4_spread",
+        "interleaved_gradient",
+        "interleaved_gradient_cycled",
+        "interleaved_gradient_golden",
+        "hilbert_r2",
+        "blue_noise",
+        "sobol",
+    ),
+}
+
+
+def temporal(tolerance, clamp_window, frames):
+    window = {"clamp": False} if clamp_window == "none" else {"clamp_window": clamp_window}
+    moving = min(frames, gtao.TemporalFilter().moving_frames)
+    return gtao.TemporalFilter(
+        disocclusion=tolerance, covering=tolerance, frames=frames, moving_frames=moving, **window
+    )
+
+
+def pipeline(radius, noise, n_slices=1, **options):
+    """The recommended pipeline with fewer slices, and with a history where there are options for it."""
+    whole = gtao.Pipeline.recommended(radius)
+    occlusion = replace(whole.occlusion, n_slices=n_slices, noise=noise)
+    return replace(whole, occlusion=occlusion, temporal=temporal(**options) if options else None)
+
+
+def sequences():
+    """Name -> radius, frames and traced truth with its variance; and what a record says of them."""
+    found, inputs = {}, []
+    for name in ANIMATIONS:
+        animation = render.animations.build(name, width=RESOLUTION, height=RESOLUTION)
+        frames = []
+        for frame in render.sequence(animation, frames=range(N_FRAMES), truth_spp=SPP, seed=SEED):
+            frames.append((frame.g, frame.truth.mean.numpy(), frame.truth.variance.numpy()))
+        depth = frames[-1][0].view_z.numpy().tobytes()
+        inputs.append({"path": f"embedded:{name}", "sha256": hashlib.sha256(depth).hexdigest(), "animation": name})
+        found[name] = animation.radius, frames
+        print(name, file=sys.stderr, flush=True)
+    return found, inputs
+
+
+def errors(make, found):
+    """Animation -> root mean square error over the frames from FIRST on, without the noise of the truth."""
+    rows = {}
+    for name, (radius, frames) in found.items():
+        method, history, squares = make(radius), gtao.History(), []
+        for k, (g, truth, variance) in enumerate(frames):
+            image = method.step(g, history).visibility.numpy()
+            if k >= FIRST:
+                mask = g.mask.numpy()
+                squares.append(np.mean((np.square(image.astype(np.float64) - truth) - variance)[mask]))
+        rows[name] = float(np.sqrt(max(np.mean(squares), 0)))
+    return rows
+
+
+def score(rows):
+    return float(np.mean(np.log(list(rows.values()))))
+
+
+def searched(found):
+    """The chosen options, and every score on the way."""
+    chosen, steps = dict(START), {}
+    for option, values in SEARCH.items():
+        steps[option] = {}
+        for value in values:
+            options = chosen | {option: value}
+            steps[option][str(value)] = score(errors(lambda radius, o=options: pipeline(radius, **o), found))
+        best = values[int(np.argmin(list(steps[option].values())))]
+        if steps[option][str(best)] < steps[option][str(chosen[option])] + np.log1p(-GAIN):
+            chosen[option] = best
+        print(option, steps[option], chosen[option], file=sys.stderr, flush=True)
+    return chosen, steps
+
+
+def beside(chosen):
+    """What the result is compared with: name -> function of the radius."""
+    noise = chosen["noise"]
+    small = {"downsample": gtao.Downsample(), "upsample": gtao.PlaneAwareUpsample()}
+    return {
+        "one slice, history": lambda radius: pipeline(radius, **chosen),
+        "two slices, history": lambda radius: pipeline(radius, n_slices=2, **chosen),
+        "one slice, history, half resolution": lambda radius: replace(pipeline(radius, **chosen), **small),
+        "one slice": lambda radius: pipeline(radius, noise),
+        "three slices": gtao.Pipeline.recommended,
+        "published": gtao.Pipeline.as_published,
+    }
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("-o", "--output", type=Path, required=True, help="directory for the record")
+    path = parser.parse_args().output / "record.json"
+    if path.exists():
+        parser.error(f"{path} exists, and records are not overwritten; choose another directory")
+    found, inputs = sequences()
+    chosen, steps = searched(found)
+    compared = {name: errors(make, found) for name, make in beside(chosen).items()}
+    numbers = {"chosen": chosen, "scores": steps, "rmse": compared}
+    config = {
+        "resolution": RESOLUTION,
+        "n_frames": N_FRAMES,
+        "first": FIRST,
+        "spp": SPP,
+        "gain": GAIN,
+        "animations": list(ANIMATIONS),
+        "start": START,
+        "search": {name: list(values) for name, values in SEARCH.items()},
+    }
+    record = io.provenance(["python", "fits/temporal/2026-11/run.py"], seed=SEED, config=config)
+    record |= {"kind": "temporal pipeline", "inputs": inputs, "outputs": [], "numbers": numbers}
+    io.write_record(path, record)
+    for name, rows in compared.items():
+        print(f"{name:36}", *(f"{value:.4f}" for value in rows.values()))
+
+
+if __name__ == "__main__":
+    main()
