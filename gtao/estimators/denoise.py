@@ -9,10 +9,10 @@ from gtao.config import EdgeAwareFilter, PlaneAwareFilter, SpatialFilter
 from gtao.errors import ConfigError
 from gtao.gbuffer import GBuffer
 from gtao.kernels import filters
-from gtao.planes import Planes
 from gtao.results import AmbientOcclusion
 from gtao.stages import staged
 
+from .channels import channels_of, estimate_of, in_a_row, named
 from .estimate import check_estimate, check_frame_index
 from .view import view_numbers
 
@@ -52,20 +52,13 @@ def denoise(ao: AmbientOcclusion, g: GBuffer, spatial: Any, *, frame_index: int 
     _check_filter(spatial)
     check_estimate(ao, g)
     check_frame_index(frame_index)
-    T = g.types
-    unshaped = () if ao.unshaped is None else (T.Float(ao.unshaped.array),)
-    images = {name: planes for name in ("mean_direction", "visibility_sh") if (planes := ao.planes(name)) is not None}
-    channels: Channels = (T.Float(ao.visibility.array),)
-    for planes in images.values():
-        channels += tuple(map(T.Float, planes.arrays))
-    channels += unshaped
-    visibility, *others = filtered(channels, g, spatial, frame_index)
-    dr.eval(visibility, others)
-    for name, planes in images.items():
-        n = len(planes.arrays)
-        images[name], others = Planes(tuple(others[:n]), g.shape), others[n:]
-    images["unshaped"] = T.Tensor(dr.select(g.mask.array, others[0], 1), g.shape) if unshaped else None
-    return AmbientOcclusion(visibility=T.Tensor(visibility, g.shape), **images, normal_v=ao.normal_v, config=ao.config)
+    found = channels_of(ao, g.types)
+    result = filtered(in_a_row(found), g, spatial, frame_index)
+    dr.eval(result)
+    result = named(result, found)
+    if "unshaped" in result:
+        result["unshaped"] = (dr.select(g.mask.array, result["unshaped"][0], 1),)
+    return estimate_of(result, ao, g)
 
 
 def filtered(channels: Channels, g: GBuffer, spatial: Any, frame_index: int) -> Channels:

@@ -8,13 +8,14 @@ from gtao.camera import camera_from_dict
 from gtao.config import TemporalFilter
 from gtao.errors import ConfigError, ShapeError
 from gtao.gbuffer import GBuffer
-from gtao.history import CHANNELS, Contents, History
+from gtao.history import Contents, History
 from gtao.planes import Planes
 from gtao.results import AmbientOcclusion
 
+from .channels import Channels, channels_of, estimate_of
 from .estimate import check_estimate
 from .motion import still_motion
-from .temporal_stage import Channels, accumulated, first
+from .temporal_stage import accumulated, first
 
 __all__ = ["accumulate"]
 
@@ -28,14 +29,14 @@ def accumulate(ao: AmbientOcclusion, g: GBuffer, temporal: TemporalFilter, histo
         raise ConfigError(f"history must be a gtao.History, got {type(history).__name__}")
     if dr.flag(dr.JitFlag.FreezingScope):
         raise ConfigError("inside dr.freeze a history would stay that of the recorded frame; take the step outside")
-    channels, before = _channels(ao, g), history.contents
+    channels, before = channels_of(ao, g.types), history.contents
     motion = _motion(g, before)
     if before is None:
         result, estimate = first(channels, g), ao
     else:
         _check_same_kind(before, channels, g)
         result = accumulated(channels, before, motion, g, temporal)
-        estimate = _estimate(result.channels, ao, g)
+        estimate = estimate_of(result.channels, ao, g)
     count = dr.detach(result.count)
     kept = {name: tuple(map(dr.detach, arrays)) for name, arrays in result.channels.items()}
     for name in ("visibility", "unshaped"):
@@ -57,28 +58,6 @@ def accumulate(ao: AmbientOcclusion, g: GBuffer, temporal: TemporalFilter, histo
         )
     )
     return estimate
-
-
-def _channels(ao: AmbientOcclusion, g: GBuffer) -> Channels:
-    """Flat arrays of what an estimate holds, in the precision of the frame."""
-    found: Channels = {}
-    for name in CHANNELS:
-        if name in ("mean_direction", "visibility_sh"):
-            planes = ao.planes(name)
-            arrays = None if planes is None else planes.arrays
-        else:
-            image = getattr(ao, name)
-            arrays = None if image is None else (image.array,)
-        if arrays is not None:
-            found[name] = tuple(map(g.types.Float, arrays))
-    return found
-
-
-def _estimate(channels: Channels, ao: AmbientOcclusion, g: GBuffer) -> AmbientOcclusion:
-    T, images = g.types, {}
-    for name, arrays in channels.items():
-        images[name] = T.Tensor(arrays[0], g.shape) if CHANNELS[name] == 1 else Planes(arrays, g.shape)
-    return AmbientOcclusion(**images, normal_v=ao.normal_v, config=ao.config)
 
 
 def _check_same_kind(before: Contents, channels: Channels, g: GBuffer) -> None:

@@ -13,10 +13,9 @@ from gtao.kernels import temporal as kernels
 from gtao.kernels.filters import Grid, Image
 from gtao.stages import staged
 
-__all__ = ["Accumulated", "Channels", "accumulated", "first"]
+from .channels import Channels
 
-#: Flat arrays by the names of ``CHANNELS``.
-Channels = dict[str, tuple[Any, ...]]
+__all__ = ["Accumulated", "accumulated", "first"]
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,11 @@ from gtao.config import BilateralUpsample, BilinearUpsample, NearestDepthUpsampl
 from gtao.errors import ConfigError, ShapeError
 from gtao.gbuffer import GBuffer
 from gtao.kernels import filters, resolution
-from gtao.planes import Planes
 from gtao.results import AmbientOcclusion
 from gtao.stages import staged
 from gtao.tensors import scalar
 
+from .channels import channels_of, estimate_of, in_a_row, named
 from .estimate import check_estimate, check_frame
 from .view import view_numbers
 
@@ -53,35 +53,23 @@ def upsample(ao: AmbientOcclusion, g_low: GBuffer, g: GBuffer, method: Any = Non
     check_estimate(ao, g_low)
     T = g.types
     cells = _cells(g_low, g)
-    unshaped = () if ao.unshaped is None else (T.Float(ao.unshaped.array),)
-    images = {name: planes for name in ("mean_direction", "visibility_sh") if (planes := ao.planes(name)) is not None}
-    open_channels = (T.Float(ao.visibility.array), *unshaped)
-    channels = open_channels + tuple(T.Float(a) for planes in images.values() for a in planes.arrays)
-    otherwise = [1] * len(open_channels) + [0] * (len(channels) - len(open_channels))
+    found = channels_of(ao, T)
+    channels = in_a_row(found)
+    # Nothing there: visible, without a direction.
+    otherwise = tuple(1 if n == 1 else 0 for n in (len(arrays) for arrays in found.values()) for _ in range(n))
     guides, numbers, weights = weigh(cells, g_low, g, method)
     surface = g.mask.array
 
     def stage(images, numbers):
         texels, shares = weights(images[len(channels) :], numbers)
-        values = (image.around for image in images[: len(channels)])
-        result = resolution.mean(shares, texels, tuple(values), otherwise, T)
+        values = tuple(image.around for image in images[: len(channels)])
+        result = resolution.mean(shares, texels, values, otherwise, T)
         return tuple(dr.select(surface, v, o) for v, o in zip(result, otherwise, strict=True))
 
     dr.eval(channels, guides)
     result = staged(stage, channels + guides, numbers, lanes=dr.width(surface))
     dr.eval(result)
-    visibility, *rest = result
-    plain_visibility = rest.pop(0) if unshaped else None
-    for name, planes in images.items():
-        n = len(planes.arrays)
-        images[name], rest = Planes(tuple(rest[:n]), g.shape), rest[n:]
-    return AmbientOcclusion(
-        visibility=T.Tensor(visibility, g.shape),
-        **images,
-        normal_v=None if ao.normal_v is None else g.normal_v,
-        unshaped=None if plain_visibility is None else T.Tensor(plain_visibility, g.shape),
-        config=ao.config,
-    )
+    return estimate_of(named(result, found), ao, g)
 
 
 def _cells(g_low: GBuffer, g: GBuffer):
