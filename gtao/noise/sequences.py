@@ -23,8 +23,8 @@ def sequence_values(pattern: str, x: Any, y: Any, frame: Any, seed: int = 0) -> 
         seed: of the patterns that have one, 0 to 2³² - 1.
 
     Returns:
-        (*frames, *pixels, 2) numbers in [0, 1), float64: the rotation as a fraction of the angle between slices,
-        the offset as one of a step.
+        Numbers in [0, 1), float64, of the shape of the frames, then of the pixels, then 2: the rotation as a fraction
+        of the angle between slices, the offset as one of a step.
 
     Raises:
         ConfigError: there is no such pattern, or a number is no integer or out of range.
