@@ -8,10 +8,6 @@ SMALL = "window of small speeds"
 CYCLE = 24
 #: What is promised: the ratio of errors and the bias after a cycle.
 RATIO, BIAS = 1.15, 0.002
-#: Numbers of frames that tables show.
-SHOWN = (1, 6, 12, 24, 48)
-#: Numbers of frames that curves of a record keep.
-KEPT = (1, 2, 3, 4, 6, 8, 12, 18, 24, 36, 48)
 
 
 def mean(values):
@@ -20,7 +16,8 @@ def mean(values):
 
 
 def at(curve, k):
-    return curve[KEPT.index(k)]
+    """Value of a curve after k frames."""
+    return curve[str(k)]
 
 
 def within(value, limit):

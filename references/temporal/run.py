@@ -75,8 +75,10 @@ def at(config):
     return [k for k in still.KEPT if k <= config["frames"]]
 
 
-def errors(row):
-    return row["rmse"] if isinstance(row, dict) else row
+def values(curve, config):
+    """A curve's values in the order of the frames; a record sorts them as words."""
+    errors = curve.get("rmse", curve)
+    return [errors[str(k)] for k in at(config)]
 
 
 def figures(numbers, config):
@@ -86,7 +88,7 @@ def figures(numbers, config):
         for key, label in (("limit", "RMSE to the dense limit"), ("truth", "RMSE to ray-traced truth")):
             drawn[f"settling-{key}"] = gtao.plot.settling_curves(
                 {
-                    s: {name: errors(row["variants"][name][key]) for name in SHOWN}
+                    s: {name: values(row["variants"][name][key], config["still"]) for name in SHOWN}
                     for s, row in numbers["still"].items()
                 },
                 at=at(config["still"]),
@@ -99,7 +101,7 @@ def figures(numbers, config):
     if "patterns" in numbers:
         drawn["patterns"] = gtao.plot.settling_curves(
             {
-                f"{s}, {clamp}": {name: row["jittered"]["rmse"] for name, row in rows.items()}
+                f"{s}, {clamp}": {name: values(row["jittered"], config["patterns"]) for name, row in rows.items()}
                 for s, by_clamp in list(numbers["patterns"].items())[:PATTERN_SCENES]
                 for clamp, rows in by_clamp.items()
             },

@@ -49,16 +49,16 @@ class View:
     def curve(self, pipeline, n, limits):
         """Errors after the frames that are kept, against the truth and some limits, and flicker in the second half."""
         meter = gtao.evaluate.FlickerMeter()
-        found = {"truth": []} | {key: {"rmse": [], "bias": []} for key in limits}
+        found = {"truth": {}} | {key: {"rmse": {}, "bias": {}} for key in limits}
         for k, image in enumerate(self.frames(pipeline, n), 1):
             if k > n // 2:
                 meter.add(image, mask=self.mask)
             if k in KEPT:
-                found["truth"].append(self.off_truth(image))
+                found["truth"][str(k)] = self.off_truth(image)
                 for key in limits:
                     limit = self.limits_of(pipeline)[key]
-                    found[key]["rmse"].append(self.rmse(image, limit))
-                    found[key]["bias"].append(self.bias(image, limit))
+                    found[key]["rmse"][str(k)] = self.rmse(image, limit)
+                    found[key]["bias"][str(k)] = self.bias(image, limit)
         found["flicker"] = meter.result().deviation
         return found
 
@@ -119,7 +119,7 @@ def measure(config):
         }
         numbers[name] = row
         ours, single = row["variants"][variants.PUBLISHED], row["singles"]["half resolution"]
-        k = KEPT.index(variants.CYCLE)
+        k = str(variants.CYCLE)
         print(
             f"{name}: {ours['truth'][k] / single['truth']:.3f}, bias {ours['limit']['bias'][k]:+.4f}", file=sys.stderr
         )
