@@ -20,6 +20,7 @@ from _validation import (
     packing,
     performance,
     preset,
+    resolution,
     shading,
     spatial,
     specular,
@@ -55,6 +56,7 @@ def pages():
             "noise",
             "packing",
             "performance",
+            "resolution",
             "shading",
             "spatial",
             "specular",
@@ -106,12 +108,20 @@ Every number on this page comes from {source(paths["spatial"])}.
 Every number on this page comes from {source(paths["noise"])}.
 
 {noise.section(records["noise"])}"""
+    smaller = f"""{NOTICE}
+
+# Smaller frames
+
+Every number on this page comes from {source(paths["resolution"])}.
+
+{resolution.section(records["resolution"])}"""
     return {
         "validation.md": validation,
         "noise.md": over_time,
         "directional-occlusion.md": under_light,
         "specular-occlusion.md": glossy,
         "spatial-filters.md": filtered,
+        "resolution.md": smaller,
         "generated/aperture.md": f"{NOTICE}\n\n{aperture.section(records['aperture'])}",
         "generated/performance.md": f"{NOTICE}\n\n{performance.section(records['performance'])}",
         "generated/packing.md": f"{NOTICE}\n\n{packing.section(records['packing'])}",
