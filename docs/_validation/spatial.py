@@ -60,6 +60,12 @@ def horizon(numbers):
     return table(["rows below the horizon", NONE, FIRST, SECOND, PLANAR], rows)
 
 
+def costs(numbers):
+    found = numbers["costs"]
+    rows = [[f, f"{found[f]:.0f}", f"{found[f] / found['estimate']:.2f}"] for f in ("estimate", *FILTERS)]
+    return table(["", "ns per pixel", "share of the estimate"], rows)
+
+
 def total(numbers, frame, name):
     return numbers["errors"][frame][name]["total"]
 
@@ -93,6 +99,7 @@ def in_short(numbers, scenes):
     widest = max(e["largest"] for name in large for e in numbers["leaks"][name].values())
     round_ = numbers["errors"][SPHERES]
     worst = max(scenes, key=lambda s: total(numbers, s, SECOND) / total(numbers, s, NONE))
+    shares = {name: numbers["costs"][name] / numbers["costs"][FIRST] for name in FILTERS}
     wins = ", ".join(f"`{s}` ({best(numbers, s)})" for s in scenes)
     return f"""\
 - **Edges**: nothing crosses a step of depth of {large[0].split()[1]} % or more (at most {widest:.0e}, rounding). A
@@ -103,8 +110,8 @@ def in_short(numbers, scenes):
   with the first ({left[FIRST]["taps"]:.1f} of 16), but not all alike, so that the pattern does not cancel:
   {left[FIRST]["pattern"]:.4f} and {left[SECOND]["pattern"]:.4f} of it are left.
 - **Planes are linear in 1 / depth.** First derivatives of that leave {left[PLANAR]["total"]:.3f}
-  (pattern {left[PLANAR]["pattern"]:.4f}), as little as a filter that knows the normals, for one division a tap; second
-  derivatives have nothing to add on planes.
+  (pattern {left[PLANAR]["pattern"]:.4f}), as little as a filter that knows the normals, at {shares[PLANAR]:.2f} of the
+  cost of the same derivatives of depth; second derivatives have nothing to add on planes.
 - **A grazing floor** has errors of {by_derivatives(numbers, FLOOR)} by none, first and second derivatives,
   and {total(numbers, FLOOR, PLANAR):.3f} by planar ones. Second derivatives matter in the last dozen rows below the
   horizon: two rows below it {taps[NONE]:.0f}, {taps[FIRST]:.0f}, {taps[SECOND]:.0f} and, planar, {taps[PLANAR]:.0f}
@@ -121,7 +128,7 @@ def in_short(numbers, scenes):
 
 def section(record):
     numbers, config = record["numbers"], record["config"]
-    scenes = list(config["scenes"])
+    scenes, device = list(config["scenes"]), record["device"]
     return f"""\
 One slice of 8 samples per pixel, noise `spatial_4x4`, errors over {config["n_frames"]} frames of it. Filters are linear
 in the image, so the error of a filtered estimate is the sum of two: what filtering changes of the noise-free image
@@ -170,4 +177,10 @@ prediction is fooled by.
 Taps that count, (Σ w)² / Σ w², on the grazing floor: by this the filter divides the variance of white noise.
 
 {horizon(numbers)}
+
+## Cost
+
+CPU time per pixel on one thread ({device["processor"]}), beside the estimate's of one slice of 8 samples.
+
+{costs(numbers)}
 """

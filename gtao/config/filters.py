@@ -82,6 +82,8 @@ class SpatialFilter:
         check_positive("threshold", self.threshold)
         check_choice("derivatives", self.derivatives, Derivatives)
         check_flag("planar", self.planar)
+        if self.planar and self.derivatives == "none":
+            raise ConfigError("planar says what derivatives are of; choose derivatives='first' or leave it out")
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values that :func:`gtao.method_from_dict` turns back into the same configuration."""

@@ -8,7 +8,9 @@
 
 import argparse
 import sys
+import time
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import frames
@@ -16,6 +18,8 @@ import numpy as np
 
 import gtao
 from gtao.workflows.outputs import save_figures
+
+import drjit as dr  # isort: skip  (after gtao, which chooses the LLVM library)
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent))
@@ -42,6 +46,8 @@ FILTERS = {
 BELOW = (2, 3, 4, 6, 8, 12, 16, 24, 32, 48)
 #: Distance from an edge in pixels from which on nothing may leak across it.
 CLEAR = 2
+#: Rounds of the timing, and copies of a frame side by side that it is made on.
+ROUNDS, COPIES = 8, 6
 # Larger than any footprint, so that impulses so far apart do not meet.
 APART = 8
 
@@ -153,6 +159,30 @@ def horizon():
     return {str(n): {name: float(taps[first + n - 1]) for name, taps in found.items()} for n in BELOW}
 
 
+def costs():
+    """CPU time on one thread, least of some rounds in turn, beside that of the estimate: of one slice of 8 samples."""
+    threads = dr.thread_count()
+    dr.set_thread_count(1)
+    surface, radius = frames.FRAMES["floor and wall"]
+    z, n = surface()
+    # Single precision, and enough pixels for what a call costs not to show.
+    z, n = (np.tile(a.astype(np.float32), (COPIES, COPIES) + (1,) * (a.ndim - 2)) for a in (z, n))
+    g = gtao.GBuffer(z, n, gtao.PerspectiveCamera(z.shape[1], z.shape[0], frames.FIELD_OF_VIEW))
+    ao = gtao.ambient_occlusion(g, method(radius))
+    dr.eval(ao.visibility, g.normal_v)
+    jobs = {name: partial(gtao.denoise, ao, g, spatial) for name, spatial in FILTERS.items()}
+    jobs["estimate"] = partial(gtao.ambient_occlusion, g, method(radius))
+    least = dict.fromkeys(jobs, np.inf)
+    for _ in range(ROUNDS):
+        for name, job in jobs.items():
+            start = time.process_time()
+            dr.eval(job().visibility)
+            dr.sync_thread()
+            least[name] = min(least[name], time.process_time() - start)
+    dr.set_thread_count(threads)
+    return {name: 1e9 * seconds / z.size for name, seconds in least.items()}
+
+
 def main():
     parser = argparse.ArgumentParser(description="errors of spatial filters")
     parser.add_argument("-o", "--output", type=Path, default=HERE, help="directory for the record and pictures")
@@ -178,7 +208,7 @@ def main():
         "kind": "errors of spatial filters",
         "inputs": [],
         "outputs": kept_pictures({"errors.png": arguments.output / "errors.png"}, arguments.output),
-        "numbers": rounded({"errors": numbers, "leaks": leaks(), "horizon": horizon()}),
+        "numbers": rounded({"errors": numbers, "leaks": leaks(), "horizon": horizon(), "costs": costs()}),
     }
     gtao.io.write_record(arguments.output / "record.json", record, overwrite=True)
 

@@ -422,6 +422,8 @@ def test_refusals(arguments, error, words):
         lambda: gtao.EdgeAwareFilter(leak_strength=1.5),
         lambda: gtao.SpatialFilter(threshold=0.0),
         lambda: gtao.SpatialFilter(derivatives="third"),
+        lambda: gtao.SpatialFilter(planar=1),
+        lambda: gtao.SpatialFilter(derivatives="none", planar=True),
         lambda: gtao.PlaneAwareFilter(size=1),
         lambda: gtao.PlaneAwareFilter(tolerance=np.inf),
         lambda: gtao.PlaneAwareFilter(fit="cubic"),

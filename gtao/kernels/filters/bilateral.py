@@ -29,7 +29,7 @@ def bilateral_taps(view_z, threshold, derivatives, grid, odd_frame=False, invers
     """
     centre = dr.select(dr.isfinite(view_z.own), view_z.own, 1)
     scale = 1 / (threshold * centre)
-    even = _reciprocal if inverse and derivatives else _itself
+    even = _reciprocal if inverse else _itself
     along_x, along_y = (_derivatives(view_z, centre, axis, derivatives, even, grid) for axis in ((1, 0), (0, 1)))
     taps = []
     offsets = [d for d, _ in footprint(SIZE, odd_frame)]
