@@ -10,10 +10,6 @@ from .thickness import ContinuityThickness
 __all__ = ["recommended"]
 
 
-#: Share of the depth by which history may be nearer or farther.
-TOLERANCE = 0.01
-
-
 def recommended(
     radius: float, *, temporal: bool = False, bent_normal: bool = False, directional: bool = False
 ) -> Pipeline:
@@ -43,5 +39,5 @@ def recommended(
         bent_normal=bent_normal,
         directional=directional,
     )
-    history = TemporalFilter(disocclusion=TOLERANCE, covering=TOLERANCE) if temporal else None
+    history = TemporalFilter.recommended() if temporal else None
     return Pipeline(occlusion=method, spatial=PlaneAwareFilter(), temporal=history)

@@ -3,11 +3,11 @@
     python fits/temporal/2026-11/run.py -o DIR
 
 One slice of the recommended bitmask per frame, its filter, and a temporal filter whose options are searched one after
-the other: by how much depths may differ, the neighbourhood clamp, the convergence time, the noise. The score is the mean
-logarithm of the error against ray-traced truth, over animations, from frame FIRST on; an option leaves its START for
-the best value only where that lowers the error by a share of GAIN. Beside the result stand the single frame of three
-slices, one slice without history, half resolution and the published pipeline. Records are not edited: run into another
-directory to repeat it.
+the other: by how much depths may differ, the neighbourhood clamp, the convergence time, the noise. The score is the
+mean logarithm of the error against ray-traced truth, over animations, from frame FIRST on; an option leaves its START
+for the best value only where that lowers the error by a share of GAIN. Beside the result stand the single frame of
+three slices, one slice without history, half resolution and the published pipeline. Records are not edited: run into
+another directory to repeat it.
 """
 
 import argparse
@@ -26,11 +26,11 @@ ANIMATIONS = ("still", "orbit", "passing_object", "thin_bars", "fast_rotation", 
 
 #: Less is not worth a narrower tolerance, a weaker clamp or a shorter memory.
 GAIN = 0.005
-START = {"tolerance": 0.01, "clamp_window": 0.5, "frames": 24, "noise": "spatial_4x4"}
-#: Options in the order in which they are searched; "none" is no clamp.
+START = {"tolerance": 0.01, "window": (0.5, 0.0), "frames": 24, "noise": "spatial_4x4"}
+#: Options in the order in which they are searched; windows are those of ranges and of deviations, None is no clamp.
 SEARCH = {
     "tolerance": (0.0025, 0.005, 0.01, 0.02, 0.05),
-    "clamp_window": ("none", 0.0, 0.25, 0.5, 1.0, 2.0),
+    "window": (None, (0.0, 0.0), (0.25, 0.0), (0.5, 0.0), (1.0, 0.0), (0.0, 0.5), (0.0, 1.0), (0.0, 2.0), (0.5, 1.0)),
     "frames": (6, 12, 24, 48),
     "noise": (
         "spatial_4x4",
@@ -46,12 +46,10 @@ SEARCH = {
 }
 
 
-def temporal(tolerance, clamp_window, frames):
-    window = {"clamp": False} if clamp_window == "none" else {"clamp_window": clamp_window}
+def temporal(tolerance, window, frames):
+    clamp = {"clamp": False} if window is None else dict(zip(("clamp_window", "deviation_window"), window, strict=True))
     moving = min(frames, gtao.TemporalFilter().moving_frames)
-    return gtao.TemporalFilter(
-        disocclusion=tolerance, covering=tolerance, frames=frames, moving_frames=moving, **window
-    )
+    return gtao.TemporalFilter(disocclusion=tolerance, covering=tolerance, frames=frames, moving_frames=moving, **clamp)
 
 
 def pipeline(radius, noise, n_slices=1, **options):
