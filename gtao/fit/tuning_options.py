@@ -72,6 +72,9 @@ CONTINUOUS: dict[str, Range] = {
     "spatial.leak_strength": Range(0, 1, relative=False),
     "spatial.threshold": Range(1e-3, 2),
     "spatial.tolerance": Range(0.05, 10),
+    "upsample.threshold": Range(1e-3, 2),
+    "upsample.tolerance": Range(0.02, 10),
+    "upsample.angle": Range(0.02, math.pi),
 }
 
 
@@ -112,7 +115,8 @@ def _unit_length(method: Any, radius: float | None) -> float:
 def continuous(method: Any) -> dict[str, float]:
     """The finite continuous options of a configuration: path -> value in the units of :data:`CONTINUOUS`.
 
-    Of a :class:`gtao.Pipeline` the options of its filter are called ``spatial.…``.
+    Of a :class:`gtao.Pipeline` the options of its filter are called ``spatial.…``, those of its way back to full size
+    ``upsample.…``.
     """
     found = {path: option(method, path) for path in CONTINUOUS}
     options = {p: plain(v) for p, v in found.items() if v is not None and math.isfinite(plain(v))}
