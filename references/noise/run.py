@@ -45,7 +45,8 @@ OVER_TIME = (
     *("hilbert_r2", "blue_noise", "sobol", "white"),
 )
 SETTINGS = {"resolution": 112, "scenes": SCENES}
-QUICK = {"resolution": 32, "scenes": SCENES[:2]}
+QUICK = {"resolution": 32, "scenes": SCENES[:1]}
+QUICK_FRAMES, QUICK_SLICES = (1, 2, 6), (1, 2)
 
 
 def pooled(parts):
@@ -60,7 +61,7 @@ def pooled(parts):
     }
 
 
-def measured(frames, choices, filters, n_frames=N_FRAMES):
+def measured(frames, choices, filters, n_frames):
     """Filter -> choice -> number of frames -> numbers, and how often each choice is first.
 
     Args:
@@ -167,12 +168,13 @@ def main():
         np.save(MASK_FILE, gtao.noise.blue_noise_mask())
         return
     settings = QUICK if options.quick else SETTINGS
+    n_frames, n_slices = (QUICK_FRAMES, QUICK_SLICES) if options.quick else (N_FRAMES, N_SLICES)
     frames = list(frames_of(settings))
-    patterns, first = measured(frames, {name: of_pattern(name) for name in PATTERNS}, FILTERS)
-    movements, _ = measured(frames, {k: lambda m, v=v: (m, v) for k, v in gtao.noise.MOVEMENTS.items()}, FEW)
+    patterns, first = measured(frames, {name: of_pattern(name) for name in PATTERNS}, FILTERS, n_frames)
+    movements, _ = measured(frames, {k: lambda m, v=v: (m, v) for k, v in gtao.noise.MOVEMENTS.items()}, FEW, n_frames)
     by_slices = {
         str(n): measured(frames, {p: of_pattern(p, n_slices=n) for p in PATTERNS if p != "none"}, FEW, (1, 6))[0]
-        for n in N_SLICES
+        for n in n_slices
     }
     found = spectra()
     masks = {s: gtao.noise.spectrum(gtao.noise.void_and_cluster(SIZE, 1993, s) / SIZE**2) for s in SIGMAS}
