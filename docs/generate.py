@@ -25,6 +25,7 @@ from _validation import (
     spatial,
     specular,
     tables,
+    temporal,
 )
 
 import gtao
@@ -61,6 +62,7 @@ def pages():
             "spatial",
             "specular",
             "tables",
+            "temporal",
         )
     }
     paths |= {kind: newest(kind) for kind in ("aperture", "occlusion", "multibounce")}
@@ -115,11 +117,19 @@ Every number on this page comes from {source(paths["noise"])}.
 Every number on this page comes from {source(paths["resolution"])}.
 
 {resolution.section(records["resolution"])}"""
+    still_image = f"""{NOTICE}
+
+# From one direction per pixel to a still image
+
+Every number on this page comes from {source(paths["temporal"])}.
+
+{temporal.section(records["temporal"])}"""
     return {
         "validation.md": validation,
         "noise.md": over_time,
         "directional-occlusion.md": under_light,
         "specular-occlusion.md": glossy,
+        "temporal.md": still_image,
         "spatial-filters.md": filtered,
         "resolution.md": smaller,
         "generated/aperture.md": f"{NOTICE}\n\n{aperture.section(records['aperture'])}",
