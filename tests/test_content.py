@@ -136,3 +136,15 @@ def test_error_budgets_add_up_to_the_error_that_was_measured(comparison):
         rows = {row["method"]: row for row in scene["methods"] if row["group"] == "own defaults"}
         for method, budget in scene["budgets"].items():
             assert np.sum(budget["gram"]) == pytest.approx(rows[method]["corrected_rmse"] ** 2, abs=1e-6)
+
+
+def test_the_defaults_of_smaller_frames_lose_least_of_what_was_measured():
+    numbers = gtao.io.read_record(ROOT / "references" / "resolution" / "record.json")["numbers"]
+    how = gtao.Downsample()
+    for pipeline in ("dense", "recommended"):
+        for rows in numbers["mean"][pipeline]["frames"].values():
+            errors = {(frame, way): row["full"] for frame, ways in rows.items() for way, row in ways.items()}
+            assert min(errors, key=errors.__getitem__) == (f"{how.choice}, {how.place}", "plane-aware")
+    for entry in numbers["planes"].values():
+        for factor in ("2", "4"):
+            assert entry[factor][f"{how.choice}, {how.place}"] == pytest.approx(1, abs=1e-3)
