@@ -61,7 +61,7 @@ BAD = [
     (["trench", "--path", "nobody.json"], "there is no shape 'nobody'"),
     (["trench", "--path", "bent.json"], "the camera's pose in frame 0"),
     (["trench", "--path", "short.json", "--frames", "5"], "has 2 entries for 5 frames"),
-    (["--method", "magic"], "method must be one of published-pipeline, gtao"),
+    (["--method", "magic"], "method must be one of published-pipeline, "),
     (["--method", "broken.json"], "cannot take a method from broken.json"),
     (["--method", "gtao,n_slices=0"], "n_slices"),
     (["--set", "foo=1"], "there is no option 'foo'"),

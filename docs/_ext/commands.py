@@ -19,7 +19,7 @@ def _name(argument: Any) -> str:
 
 def _usage(name: str, command: Any) -> str:
     arguments = [p for p in command.params if p.param_type_name == "argument"]
-    words = [_name(p) if p.required else f"[{_name(p)} …]" for p in arguments]
+    words = [_name(p) if p.required else f"[{_name(p)}{'' if p.nargs == 1 else ' …'}]" for p in arguments]
     return " ".join(["gtao", name, *words, "[options]"])
 
 

@@ -18,7 +18,7 @@ def animate(
     animation: Annotated[
         str | None,
         typer.Argument(
-            metavar="[ANIMATION|SCENE]",
+            metavar="ANIMATION|SCENE",
             help="Embedded animation (still, orbit, fast_rotation, cut, passing_object, thin_bars, waves), or a scene:"
             " an embedded one or a Mitsuba .xml file, which --orbit or --path moves; default: passing_object.",
         ),
@@ -27,7 +27,8 @@ def animate(
         list[str] | None,
         typer.Option(
             metavar="NAME[,KEY=VALUE…]",
-            help="Method of `gtao methods`, or JSON file of one, with options of its own; repeatable.",
+            help="published-pipeline, recommended-temporal, a method of `gtao methods`, or a JSON file of one, with"
+            " options of its own; repeatable.",
         ),
     ] = None,
     settings: Annotated[

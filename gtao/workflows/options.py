@@ -2,7 +2,7 @@
 
 import types
 import typing
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields, is_dataclass
 from typing import Any
 
@@ -33,7 +33,13 @@ _STAGES: dict[str, Any] = {
 }
 
 
-def pipeline_from_options(method: str, settings: Iterable[str] = (), radius: float | None = None) -> Pipeline:
+def pipeline_from_options(
+    method: str,
+    settings: Iterable[str] = (),
+    radius: float | None = None,
+    *,
+    others: Mapping[str, Callable[[float], Pipeline]] = types.MappingProxyType({}),
+) -> Pipeline:
     """A named method with options changed by ``key=value`` texts.
 
     A key names an option of the estimator (``n_slices=2``), of a part of it (``falloff.start=0.1``), or of the
@@ -44,6 +50,7 @@ def pipeline_from_options(method: str, settings: Iterable[str] = (), radius: flo
         method: a key of :data:`gtao.config.NAMED`.
         settings: options.
         radius: in scene units, where the settings name none; the method's own default if left out.
+        others: more methods by name, which have no default.
 
     Raises:
         ConfigError: the method or a key does not exist, or a value has the wrong type or range.
@@ -52,6 +59,8 @@ def pipeline_from_options(method: str, settings: Iterable[str] = (), radius: flo
     if "radius" in values:
         # Presets derive other lengths from it.
         radius = _number("radius", values.pop("radius"))
+    if method in others and radius is not None:
+        return _changed(others[method](radius), values)
     return _changed(named(method, radius), values)
 
 

@@ -14,7 +14,7 @@ from PIL import Image
 import gtao
 from gtao import evaluate, io, plot, render, workflows
 from gtao.workflows.animation import pictures
-from gtao.workflows.animation.methods import methods_of
+from gtao.workflows.animation.methods import PIPELINES, methods_of
 from gtao.workflows.animation.sources import read_path, source_of
 from gtao.workflows.options import changed_pipeline, pipeline_from_options
 
@@ -302,6 +302,10 @@ def test_truths_are_traced_once(tmp_path, monkeypatch):
     workflows.animate(config(methods=("gtao",)), tmp_path / "two", cache=cache)
     assert len(list(cache.iterdir())) == 1 + N
 
+    for n, change in enumerate(({"radius": 0.3}, {"spp": 24}, {"seed": 1}), 2):
+        workflows.animate(config("still", ("gtao",), 1, **change), tmp_path / "other", cache=cache)
+        assert len(list(cache.iterdir())) == n + N, change
+
     def trace(*_, **__):
         raise AssertionError("traced again")
 
@@ -346,6 +350,13 @@ def test_the_report_plays_mp4s(tmp_path):
     assert (tmp_path / "out" / "gtao.mp4").stat().st_size > 1000
     page = (tmp_path / "out" / "report.html").read_text()
     assert '<video controls loop muted playsinline preload=metadata aria-label="Video of gtao" src="gtao.mp4">' in page
+
+
+def test_a_method_of_another_radius_than_the_truth_is_told(tmp_path):
+    given = ("gtao,radius=0.25", "gtao,n_slices=1")
+    result = workflows.animate(config("still", given, 1), tmp_path / "out")
+    (note,) = result.comparison.notes
+    assert note.startswith("gtao,radius=0.25 has a radius of 0.25, but the truth is that of 0.5")
 
 
 class TestSources:
@@ -433,6 +444,11 @@ class TestMethods:
         assert given[0].forgetful.spatial == first.spatial
         assert given[1].forgetful is None
 
+    def test_a_radius_among_the_options_makes_the_whole_preset(self):
+        for name, make in PIPELINES.items():
+            (given,) = methods_of([f"{name},radius=0.2"], [], 0.7)
+            assert given.pipeline == make(0.2)
+
     def test_a_file_describes_a_method(self, tmp_path):
         pipeline = gtao.Pipeline.as_published(0.3)
         (tmp_path / "mine.json").write_text(io.pretty_json(pipeline.to_dict()))
@@ -453,7 +469,7 @@ class TestMethods:
     @pytest.mark.parametrize(
         ("text", "words"),
         [
-            ("magic", "method must be one of published-pipeline, gtao, "),
+            ("magic", "method must be one of published-pipeline, recommended-temporal, gtao, "),
             ("gtao,slices=3", "there is no option 'slices'"),
             ("gtao,n_slices", "an option is written key=value"),
             ("missing.json", "cannot take a method from missing.json"),

@@ -58,10 +58,8 @@ def methods_of(given: Sequence[str], settings: Sequence[str], radius: float) -> 
         options = [*settings, *own]
         if name.endswith(".json"):
             pipeline = changed_pipeline(_of_file(Path(name)), options)
-        elif name in PIPELINES:
-            pipeline = changed_pipeline(PIPELINES[name](radius), options)
-        elif name in NAMED:
-            pipeline = pipeline_from_options(name, options, radius)
+        elif name in PIPELINES or name in NAMED:
+            pipeline = pipeline_from_options(name, options, radius, others=PIPELINES)
         else:
             raise ConfigError(f"method must be one of {', '.join((*PIPELINES, *NAMED))}, or a .json file, got {name!r}")
         shown = ",".join([Path(name).stem if name.endswith(".json") else name, *own])

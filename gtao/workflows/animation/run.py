@@ -103,7 +103,7 @@ def animate(
         radius=radius,
         cut=source.cut,
         error_limit=config.error_limit,
-        notes=notes,
+        notes=[*notes, *_other_reaches(methods, radius)],
     )
     command = _command(config, directory.path)
     record = io.provenance(command, seed=config.seed, config=config.to_dict() | _portable(config))
@@ -137,6 +137,16 @@ def _video_format(config: AnimateConfig) -> tuple[str, list[str]]:
     io.check_video(f"METHOD{suffix}", config.fps)
     note = "Videos are GIFs, because there is no FFmpeg: pip install 'gtao[video]' for MP4."
     return suffix, [note] if missing else []
+
+
+def _other_reaches(methods: list[Method], radius: float) -> list[str]:
+    """Which methods look for occluders elsewhere than the truth does."""
+    reaches = {m.name: getattr(m.pipeline.occlusion, "radius", radius) for m in methods}
+    return [
+        f"{name} has a radius of {reach:g}, but the truth is that of {radius:g}: give --radius."
+        for name, reach in reaches.items()
+        if not math.isclose(reach, radius, rel_tol=1e-6)
+    ]
 
 
 def _result(method: Method, memory: Memory, video: str, cut: int | None) -> plot.AnimatedMethod:

@@ -13,8 +13,8 @@ __all__ = ["DEFAULT_METHODS", "AnimateConfig"]
 
 VideoFormat = Literal["auto", "mp4", "gif"]
 
-#: What a plain run shows: the published pipeline, and the best that a single frame gives.
-DEFAULT_METHODS = ("published-pipeline", "recommended")
+#: What a plain run shows: the pipelines that remember, and the best that a single frame gives.
+DEFAULT_METHODS = ("published-pipeline", "recommended-temporal", "recommended")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,8 +24,9 @@ class AnimateConfig(StudySettings):
     Args:
         animation: name of an embedded animation, or a scene: the name of an embedded one or a Mitsuba XML file, whose
             first camera stands still unless ``path`` or ``orbit`` moves it.
-        methods: what to run, each "published-pipeline", a name from :data:`gtao.config.NAMED`, or a JSON file that
-            describes a method, with options behind commas: ``published-pipeline,temporal.clamp=false``.
+        methods: what to run, each "published-pipeline", "recommended-temporal", a name from
+            :data:`gtao.config.NAMED`, or a JSON file that describes a method, with options behind commas:
+            ``published-pipeline,temporal.clamp=false``.
         settings: options of all methods, ``key=value``.
         frames: number of frames; None for the animation's own.
         path: JSON file that moves a scene, see :func:`gtao.workflows.animation.sources.read_path`.
