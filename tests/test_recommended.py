@@ -101,9 +101,9 @@ def test_the_pipeline_for_sequences_is_that_of_its_record():
     record = json.loads(TEMPORAL.read_text())
     chosen, config, scores = (record["numbers"]["chosen"], record["config"], record["numbers"]["scores"])
     for option, found in scores.items():
-        start, best = spelt(config["start"][option]), min(found, key=found.get)
-        gained = found[best] < found[start] + math.log1p(-config["gain"])
-        assert spelt(chosen[option]) == (best if gained else start)
+        enough = min(found.values()) + math.log1p(config["gain"])
+        preferred = [spelt(value) for value in config["search"][option]]
+        assert spelt(chosen[option]) == next(value for value in preferred if found[value] <= enough)
     pipeline = gtao.Pipeline.recommended(2.0, temporal=True)
     history = pipeline.temporal
     assert (history.disocclusion, history.covering) == (chosen["tolerance"],) * 2

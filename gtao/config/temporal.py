@@ -95,7 +95,7 @@ class TemporalFilter:
         Depths are compared in both directions, and the clamp's window is as wide as the noise, not as the range. The
         search that chose the numbers is ``fits/temporal/2026-11`` in the repository.
         """
-        return cls(disocclusion=0.01, covering=0.01, clamp_window=0.0, deviation_window=2.0)
+        return cls(disocclusion=0.01, covering=0.01, clamp_window=0.0, deviation_window=1.0)
 
     def step(self, ao: "AmbientOcclusion", g: "GBuffer", history: "History | None" = None) -> "AmbientOcclusion":
         """The estimate ``ao`` of frame ``g``, accumulated with those that ``history`` has taken, which takes this one.
