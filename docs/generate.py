@@ -21,6 +21,7 @@ from _validation import (
     performance,
     preset,
     resolution,
+    sequences,
     shading,
     spatial,
     specular,
@@ -66,6 +67,7 @@ def pages():
         )
     }
     paths |= {kind: newest(kind) for kind in ("aperture", "occlusion", "multibounce")}
+    paths["sequences"] = newest("temporal")
     records = {name: gtao.io.read_record(path) for name, path in paths.items()}
     validation = f"""{NOTICE}
 
@@ -121,9 +123,14 @@ Every number on this page comes from {source(paths["resolution"])}.
 
 # From one direction per pixel to a still image
 
-Every number on this page comes from {source(paths["temporal"])}.
+Every number on this page comes from {source(paths["temporal"])}, those of the recommended pipeline from
+{source(paths["sequences"], " -o DIR")}.
 
-{temporal.section(records["temporal"])}"""
+{temporal.section(records["temporal"])}
+## The recommended pipeline
+
+{sequences.section(records["sequences"])}
+"""
     return {
         "validation.md": validation,
         "noise.md": over_time,
