@@ -62,7 +62,8 @@ class Pipeline:
 
         Half resolution by the nearest of 2×2 depths, one slice of eight steps per side in a pattern of 4×4 pixels and
         6×4 frames, the bilateral filter over 4×4 pixels that changes sides, exponential accumulation. How they came
-        back to full resolution they do not say; here it is bilateral. ``docs/departures`` lists what they left open.
+        back to full resolution they do not say; here it is bilateral, with the threshold of their spatial filter.
+        ``docs/departures`` lists what they left open.
 
         Args:
             radius: reach of an occluder in scene units; the slides' is 200 inches.
@@ -72,7 +73,7 @@ class Pipeline:
             downsample=Downsample(choice="nearest", place="texel"),
             spatial=SpatialFilter(),
             temporal=TemporalFilter.as_published(),
-            upsample=BilateralUpsample(),
+            upsample=BilateralUpsample(threshold=SpatialFilter().threshold),
         )
 
     @classmethod

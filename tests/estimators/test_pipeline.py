@@ -167,6 +167,7 @@ def test_the_published_pipeline():
     assert pipeline.occlusion == gtao.GTAO.as_published(3.0)
     assert (pipeline.occlusion.n_slices, pipeline.occlusion.n_steps, pipeline.occlusion.noise) == (1, 8, "spatial_4x4")
     assert (pipeline.downsample.factor, pipeline.downsample.choice) == (2, "nearest")
+    assert pipeline.upsample == gtao.BilateralUpsample(threshold=0.1)
     assert pipeline.temporal.clamp
     assert pipeline.temporal.velocity_weighting
     for each in (pipeline, FULL):
