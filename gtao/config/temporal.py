@@ -90,10 +90,11 @@ class TemporalFilter:
 
     @classmethod
     def recommended(cls) -> "TemporalFilter":
-        """What follows moving images more closely and flickers less than the slides' (docs/departures).
+        """What errs less in motion than the slides' filter, and mostly flickers less, though not on every image.
 
-        Depths are compared in both directions, and the clamp's window is as wide as the noise, not as the range. The
-        search that chose the numbers is ``fits/temporal/2026-11`` in the repository.
+        Numbers are on the page "From one direction per pixel to a still image" (docs/temporal). Depths are compared in
+        both directions, and the clamp's window is as wide as the noise, not as the range. The search that chose the
+        numbers is ``fits/temporal/2026-11`` in the repository.
         """
         return cls(disocclusion=0.01, covering=0.01, clamp_window=0.0, deviation_window=1.0)
 
