@@ -14,9 +14,9 @@ from .style import FAINT, INK, MUTED, NO_VALUE, ShownFigure, method_styles, styl
 
 __all__ = ["depth_around", "slices"]
 
-# Profiles in a row, and the size of one in inches.
-_COLUMNS, _WIDTH, _HEIGHT = 4, 2.75, 2.5
-_IMAGE_HEIGHT = 4.0
+# Size of a profile in inches.
+_WIDTH, _HEIGHT = 2.75, 2.5
+_IMAGE = 4.5
 # Texels shown beyond the outermost sample, and at least on every side of the pixel.
 _MARGIN, _LEAST = 3, 10
 _SIDE = (-1, 1)
@@ -24,7 +24,7 @@ _SIDE = (-1, 1)
 
 @styled
 def slices(inspection: Any, g: Any) -> Figure:
-    """Samples of one pixel over the depth buffer, and below the profile of each slice.
+    """Samples of one pixel over the depth buffer, and beside it the profile of each slice.
 
     In the profiles the zenith (the view vector, unless the method chose another) points up and side 1 of the slice to
     the right; points are samples, rings those that the result stands on. Shaded is what they block: up to the horizons
@@ -41,15 +41,15 @@ def slices(inspection: Any, g: Any) -> Figure:
         ShapeError: the pixel does not lie in the frame.
     """
     shown = inspection.slices
-    columns = min(_COLUMNS, len(shown))
+    columns = math.ceil(math.sqrt(len(shown)))
     rows = -(-len(shown) // columns)
-    width = max(columns * _WIDTH, 5.0)
-    figure = ShownFigure(figsize=(width, _IMAGE_HEIGHT + rows * _HEIGHT), layout="constrained")
-    grid = figure.add_gridspec(rows + 1, columns, height_ratios=[_IMAGE_HEIGHT] + [_HEIGHT] * rows)
+    size = (_IMAGE + columns * _WIDTH, max(_IMAGE, rows * _HEIGHT))
+    figure = ShownFigure(figsize=size, layout="constrained")
+    grid = figure.add_gridspec(rows, columns + 1, width_ratios=[_IMAGE] + [_WIDTH] * columns)
     colours = [style["color"] for style in method_styles(str(k) for k in range(len(shown))).values()]
-    _over_depth(figure.add_subplot(grid[0, :]), inspection, g, colours)
+    _over_depth(figure.add_subplot(grid[:, 0]), inspection, g, colours)
     for k, (sl, colour) in enumerate(zip(shown, colours, strict=True)):
-        axis = figure.add_subplot(grid[1 + k // columns, k % columns])
+        axis = figure.add_subplot(grid[k // columns, 1 + k % columns])
         _profile(axis, sl, colour)
         if k % columns == 0:
             axis.set_ylabel("height (scene units)")
