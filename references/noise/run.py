@@ -169,6 +169,9 @@ def main():
         return
     settings = QUICK if options.quick else SETTINGS
     n_frames, n_slices = (QUICK_FRAMES, QUICK_SLICES) if options.quick else (N_FRAMES, N_SLICES)
+    config = settings | {"n_steps": N_STEPS, "filters": {k: f and f.to_dict() for k, f in FILTERS.items()}}
+    # Before anything is written: outputs may be files of the repository.
+    record = gtao.io.provenance(["python", "references/noise/run.py"], seed=0, config=config)
     frames = list(frames_of(settings))
     patterns, first = measured(frames, {name: of_pattern(name) for name in PATTERNS}, FILTERS, n_frames)
     movements, _ = measured(frames, {k: lambda m, v=v: (m, v) for k, v in gtao.noise.MOVEMENTS.items()}, FEW, n_frames)
@@ -190,8 +193,6 @@ def main():
     }
     options.output.mkdir(parents=True, exist_ok=True)
     names = save_figures(options.output, figures(numbers, found))
-    config = settings | {"n_steps": N_STEPS, "filters": {k: f and f.to_dict() for k, f in FILTERS.items()}}
-    record = gtao.io.provenance(["python", "references/noise/run.py"], seed=0, config=config)
     record |= {"kind": "noise of slices and steps", "inputs": [], "numbers": rounded(numbers)}
     record["outputs"] = [gtao.io.file_entry(options.output / name, options.output) for name in names]
     gtao.io.write_record(options.output / "record.json", record, overwrite=True)

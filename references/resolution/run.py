@@ -129,6 +129,8 @@ def main():
     options = parser.parse_args()
     config = {"resolution": RESOLUTION, "spp": SPP, "scenes": gtao.render.scenes.names("procedural")}
     config |= QUICK if options.quick else {}
+    # Before anything is written: outputs may be files of the repository.
+    record = gtao.io.provenance(["python", "references/resolution/run.py"], seed=SEED, config=config)
     scenes, figures = {}, {}
     for name in config["scenes"]:
         scenes[name], images, mask = of_scene(name, config)
@@ -146,7 +148,6 @@ def main():
     }
     options.output.mkdir(parents=True, exist_ok=True)
     drawn = save_figures(options.output, figures)
-    record = gtao.io.provenance(["python", "references/resolution/run.py"], seed=SEED, config=config)
     record |= {"kind": "smaller frames", "inputs": [], "numbers": rounded(found)}
     record["outputs"] = kept_pictures({name: options.output / name for name in drawn}, options.output)
     gtao.io.write_record(options.output / "record.json", record, overwrite=True)

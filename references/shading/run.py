@@ -130,6 +130,8 @@ def main():
     parser.add_argument("--quick", action="store_true", help="small and noisy, to see every part run")
     options = parser.parse_args()
     config = FULL | (QUICK if options.quick else {})
+    # Before anything is written: outputs may be files of the repository.
+    record = gtao.io.provenance(["python", "references/shading/run.py"], seed=SEED, config=config)
     frame = Frame(config)
     where = frame.pixels(frame.g.mask)[..., 0] == 1
     metal = frame.pixels(frame.f0)[..., 0] > 0.5
@@ -152,7 +154,6 @@ def main():
     gtao.plot.image_row(shown, titles, limits=(0, 1.25), columns=1 + len(SHOWN)).savefig(path, dpi=90)
     with Image.open(path) as picture:
         picture.convert("RGB").quantize(256).save(path, optimize=True)
-    record = gtao.io.provenance(["python", "references/shading/run.py"], seed=SEED, config=config)
     record |= {"kind": "shading beside a path tracer", "inputs": [], "numbers": numbers}
     record["outputs"] = [gtao.io.file_entry(path, options.output)]
     gtao.io.write_record(options.output / "record.json", record, overwrite=True)

@@ -27,6 +27,8 @@ from sources import kept_pictures, rounded  # noqa: E402
 
 #: Frames of the noise that errors are taken over, and of the dense limit.
 N_FRAMES, N_DENSE = 6, 512
+#: The estimate that is filtered.
+N_STEPS, NOISE = 8, "spatial_4x4"
 SCENES, RESOLUTION = ("stairs", "city", "head", "cloth", "pile", "foliage", "terrain"), 160
 QUICK = {"n_frames": 2, "n_dense": 32, "scenes": ("stairs",), "resolution": 48}
 
@@ -66,7 +68,7 @@ COLUMNS = (
 
 
 def method(radius):
-    return gtao.GTAO(radius=radius, n_slices=1, n_steps=8, noise="spatial_4x4")
+    return gtao.GTAO(radius=radius, n_slices=1, n_steps=N_STEPS, noise=NOISE)
 
 
 def dense(g, radius, n):
@@ -160,7 +162,7 @@ def horizon():
 
 
 def costs():
-    """CPU time on one thread, least of some rounds in turn, beside that of the estimate: of one slice of 8 samples."""
+    """CPU time on one thread, least of some rounds in turn, beside that of the estimate."""
     threads = dr.thread_count()
     dr.set_thread_count(1)
     surface, radius = frames.FRAMES["floor and wall"]
@@ -190,6 +192,10 @@ def main():
     arguments = parser.parse_args()
     options = {"n_frames": N_FRAMES, "n_dense": N_DENSE, "scenes": SCENES, "resolution": RESOLUTION}
     options |= QUICK if arguments.quick else {}
+    config = options | {"n_steps": N_STEPS, "noise": NOISE, "clear": CLEAR}
+    config |= {"filters": {k: f.to_dict() for k, f in FILTERS.items()}}
+    # Before anything is written: outputs may be files of the repository.
+    record = gtao.io.provenance(["python", "references/spatial/run.py"], seed=None, config=config)
     numbers, images = {}, {}
     for name, (surface, radius) in frames.FRAMES.items():
         numbers[name], images[name] = measured(frames.frame(surface()), radius, options)
@@ -203,7 +209,6 @@ def main():
     figure = gtao.plot.image_row(shown, titles, limits=(-ERROR_LIMIT, ERROR_LIMIT), columns=len(COLUMNS))
     arguments.output.mkdir(parents=True, exist_ok=True)
     save_figures(arguments.output, {"errors": figure})
-    record = gtao.io.provenance(["python", "references/spatial/run.py"], seed=None, config=options)
     record |= {
         "kind": "errors of spatial filters",
         "inputs": [],

@@ -140,6 +140,8 @@ def main():
     parser.add_argument("--quick", action="store_true", help="small and noisy, to see every part run")
     options = parser.parse_args()
     config = {name: FULL[name] | (QUICK[name] if options.quick else {}) for name in PARTS}
+    # Before anything is written: outputs may be files of the repository.
+    record = gtao.io.provenance(["python", "references/temporal/run.py"], seed=still.SEED, config=config)
     options.output.mkdir(parents=True, exist_ok=True)
     path = options.output / "record.json"
     numbers = gtao.io.read_record(path)["numbers"] if options.part and path.exists() else {}
@@ -148,7 +150,6 @@ def main():
         numbers[name] = rounded(PARTS[name](config[name]))
         print(f"{name}: {time.perf_counter() - start:.0f} s", file=sys.stderr, flush=True)
     numbers["pipeline"] = variants.published(1.0).to_dict()
-    record = gtao.io.provenance(["python", "references/temporal/run.py"], seed=still.SEED, config=config)
     record |= {"kind": "temporal pipeline", "inputs": [], "numbers": numbers}
     drawn = save_figures(options.output, figures(numbers, config))
     record["outputs"] = kept_pictures({name: options.output / name for name in drawn}, options.output)
