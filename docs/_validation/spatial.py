@@ -93,9 +93,41 @@ def best(numbers, frame):
     return min(found, key=found.__getitem__)
 
 
-def in_short(numbers, scenes):
+def plane_aware(numbers, scenes):
+    """Where the plane-aware filter blurs least, and where it leaves more noise than others, in words."""
+
+    def least(frame):
+        found = {f: e["blur"] for f, e in numbers["errors"][frame].items() if f != UNFILTERED}
+        return min(found, key=found.__getitem__)
+
+    def excess(frame):
+        rows = numbers["errors"][frame]
+        return rows[PLANES]["blur"] / rows[least(frame)]["blur"]
+
+    def noisier(frame):
+        rows = numbers["errors"][frame]
+        others = [f for f in FILTERS if f != ONE and not f.startswith(PLANES)]
+        return all(rows[PLANES]["noise"] > rows[f]["noise"] for f in others)
+
+    frames = analytic(numbers)
+    worst = max(frames, key=excess)
+    rows = numbers["errors"][worst]
+    first = sum(least(s) == PLANES for s in scenes)
+    alone = sum(least(f) == PLANES for f in frames)
+    return f"""The plane-aware filter blurs least in {first} of {len(scenes)}
+  scenes, and in {alone} of the {len(frames)} frames of planes and spheres: farthest from it in "{worst}", with
+  {rows[PLANES]["blur"]:.4f} against {rows[least(worst)]["blur"]:.4f} ({least(worst)}). In
+  {sum(map(noisier, scenes))} of {len(scenes)} scenes it leaves more noise than all bilateral filters and two or more
+  edge-aware passes"""
+
+
+def in_short(numbers, scenes, config):
     steep, (small, *large) = slopes(numbers)[-2], steps(numbers)
     left, taps = numbers["errors"][steep], numbers["horizon"]["2"]
+    # Rows where second derivatives let at least one tap more count than first ones.
+    helped = [int(n) for n, row in numbers["horizon"].items() if row[SECOND] - row[FIRST] >= 1]
+    full = max(row[FIRST] for row in numbers["horizon"].values())
+    filters = config["filters"]
     widest = max(e["largest"] for name in large for e in numbers["leaks"][name].values())
     round_ = numbers["errors"][SPHERES]
     worst = max(scenes, key=lambda s: total(numbers, s, SECOND) / total(numbers, s, NONE))
@@ -103,35 +135,36 @@ def in_short(numbers, scenes):
     wins = ", ".join(f"`{s}` ({best(numbers, s)})" for s in scenes)
     return f"""\
 - **Edges**: nothing crosses a step of depth of {large[0].split()[1]} % or more (at most {widest:.0e}, rounding). A
-  step of {small.split()[1]} % is below the bilateral filter's threshold of 10 %, and leaks within its footprint, never
-  farther; links and planes stop at it.
+  step of {small.split()[1]} % is below the bilateral filter's threshold of {100 * filters[FIRST]["threshold"]:g} %,
+  and leaks within its footprint, never farther; links and planes stop at it.
 - **Slopes**: without derivatives a slope of {steep.split()[1]} keeps an error of {left[NONE]["total"]:.3f}; first
   derivatives leave {left[FIRST]["total"]:.3f}, second ones {left[SECOND]["total"]:.3f}. Nearly all taps count already
-  with the first ({left[FIRST]["taps"]:.1f} of 16), but not all alike, so that the pattern does not cancel:
+  with the first ({left[FIRST]["taps"]:.1f} of {full:.0f}), but not all alike, so that the pattern does not cancel:
   {left[FIRST]["pattern"]:.4f} and {left[SECOND]["pattern"]:.4f} of it are left.
 - **Planes are linear in 1 / depth.** First derivatives of that leave {left[PLANAR]["total"]:.3f}
   (pattern {left[PLANAR]["pattern"]:.4f}), as little as a filter that knows the normals, at {shares[PLANAR]:.2f} of the
   cost of the same derivatives of depth; second derivatives have nothing to add on planes.
 - **A grazing floor** has errors of {by_derivatives(numbers, FLOOR)} by none, first and second derivatives,
-  and {total(numbers, FLOOR, PLANAR):.3f} by planar ones. Second derivatives matter in the last dozen rows below the
-  horizon: two rows below it {taps[NONE]:.0f}, {taps[FIRST]:.0f}, {taps[SECOND]:.0f} and, planar, {taps[PLANAR]:.0f}
-  taps count.
+  and {total(numbers, FLOOR, PLANAR):.3f} by planar ones. Second derivatives let at least one tap more count up to
+  {max(helped)} rows below the horizon: two rows below it {taps[NONE]:.0f}, {taps[FIRST]:.0f},
+  {taps[SECOND]:.0f} and, planar, {taps[PLANAR]:.0f} taps count.
 - **Curved surfaces**: on spheres {by_derivatives(numbers, SPHERES)}. Second derivatives take noise away
   ({round_[FIRST]["noise"]:.3f} to {round_[SECOND]["noise"]:.3f}) and add blur ({round_[FIRST]["blur"]:.3f} to
   {round_[SECOND]["blur"]:.3f}): a prediction that bends reaches more surfaces.
 - **Where they hurt**: second against first derivatives in scenes: {gained_and_lost(numbers, scenes)}. Small things lie
   close to each other in depth, and each further derivative finds more that fit it. In `{worst}` the three have errors
   of {by_derivatives(numbers, worst)}.
-- **No filter wins everywhere.** Least error in scenes: {wins}. The plane-aware filter blurs least, and leaves most
-  noise where surfaces are curved: its tolerance of half a pixel leaves few taps there."""
+- **No filter wins everywhere.** Least error in scenes: {wins}. {plane_aware(numbers, scenes)}:
+  where surfaces are curved, its tolerance of {filters[PLANES]["tolerance"]:g} pixels takes taps away."""
 
 
 def section(record):
     numbers, config = record["numbers"], record["config"]
     scenes, device = list(config["scenes"]), record["device"]
     return f"""\
-One slice of 8 samples per pixel, noise `spatial_4x4`, errors over {config["n_frames"]} frames of it. Filters are linear
-in the image, so the error of a filtered estimate is the sum of two: what filtering changes of the noise-free image
+One slice of {config["n_steps"]} samples per side and pixel, noise `{config["noise"]}`, errors over
+{config["n_frames"]} frames of it. Filters are linear in the image, so the error of a filtered
+estimate is the sum of two: what filtering changes of the noise-free image
 (*blur*), and what is left of the *noise*; *total* has both. The noise-free image is the mean of {config["n_dense"]}
 frames that cover directions and offsets evenly. The *pattern* is the part of the noise that changes from pixel to
 pixel, which the eye sees as banding or dither: the noise less its mean over a period of the pattern. All are root mean
@@ -142,13 +175,13 @@ is `gtao.EdgeAwareFilter`, the plane-aware one `gtao.PlaneAwareFilter`.
 
 ## In short
 
-{in_short(numbers, scenes)}
+{in_short(numbers, scenes, config)}
 
 ## Leaks
 
-Largest change of an image that is 1 on the near side of an edge and 0 on the far one: anywhere, and from the third
-pixel from the edge on. The eaves are a slope up to its edge, and a wall where the slope would go on to: what a
-prediction is fooled by.
+Largest change of an image that is 1 on the near side of an edge and 0 on the far one: anywhere, and in pixels
+whose centre is more than {config["clear"]} pixels away from the edge. The eaves are a slope up to its edge, and a wall
+where the slope would go on to: what a prediction is fooled by.
 
 {leaks(numbers)}
 
@@ -180,7 +213,7 @@ Taps that count, (Σ w)² / Σ w², on the grazing floor: by this the filter div
 
 ## Cost
 
-CPU time per pixel on one thread ({device["processor"]}), beside the estimate's of one slice of 8 samples.
+CPU time per pixel on one thread ({device["processor"]}), beside the estimate's.
 
 {costs(numbers)}
 """
