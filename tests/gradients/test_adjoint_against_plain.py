@@ -5,7 +5,7 @@ import pytest
 from gradients._attached import CAMERAS, DEPTH, NORMALS, WEIGHTS, problem, pullback
 from gradients._methods import MAXIMA
 
-from gtao.estimators import marching
+from gtao.estimators import occlusion
 
 NAMES = (
     "nine slices, one step, uniform",
@@ -31,7 +31,7 @@ def test_equal_to_rounding(monkeypatch, name):
         calls.append(job)
         return job.march().mean(job.accumulator)
 
-    monkeypatch.setattr(marching, "estimate", plain)
+    monkeypatch.setattr(occlusion, "estimate", plain)
     for number, expected in pullback(build, values, WEIGHTS).items():
         assert np.abs(adjoint[number] - expected).max() <= 1e-10 * np.abs(expected).max(), number
     assert len(calls) == 1

@@ -51,7 +51,8 @@ def test_spectral_variants_have_no_albedo():
         """
     )
     assert out == (
-        "albedo needs an rgb or mono variant, not llvm_ad_spectral; pass albedo=False\nGBuffer(16x16, perspective)"
+        "albedo needs an rgb or mono variant, not llvm_ad_spectral; pass albedo=False\n"
+        "GBuffer(16x16, perspective, view_to_world)"
     )
 
 
