@@ -123,7 +123,8 @@ Every number on this page comes from {source(paths["resolution"])}.
 
 # From one direction per pixel to a still image
 
-Every number on this page comes from {source(paths["temporal"])}, those of the recommended pipeline from
+Every number on this page comes from {source(paths["temporal"])},
+those of the recommended pipeline from
 {source(paths["sequences"], " -o DIR")}.
 
 {temporal.section(records["temporal"])}

@@ -1,165 +1,72 @@
 """The production pipeline over time, from ``references/temporal``."""
 
-from .markdown import folded, table
+from .markdown import folded
+from .temporal_tables import (
+    CYCLE,
+    FULL,
+    NO_CLAMP,
+    PUBLISHED,
+    SINGLE,
+    at,
+    convergence,
+    floors,
+    ghosts,
+    later,
+    over_scenes,
+    patterns,
+    ratio,
+    settled,
+    stages,
+    window_table,
+)
 
-PUBLISHED, SINGLE, CLOSED, OPEN = "published", "half resolution", "clamp, closed window", "clamp, open window"
-NO_CLAMP, NO_SPATIAL, NO_TEMPORAL = "no clamp", "no spatial filter", "no temporal filter"
-SMALL = "window of small speeds"
-CYCLE = 24
+CLOSED, OPEN, SMALL = "clamp, closed window", "clamp, open window", "window of small speeds"
+NO_SPATIAL, NO_TEMPORAL = "no spatial filter", "no temporal filter"
 #: What is promised: the ratio of errors and the bias after a cycle.
 RATIO, BIAS = 1.15, 0.002
 
 
-def mean(values):
-    values = list(values)
-    return sum(values) / len(values)
-
-
-def at(curve, k):
-    """Value of a curve after k frames."""
-    return curve[str(k)]
-
-
 def within(value, limit):
-    return "within" if value <= limit else "beyond"
+    return "within" if value < limit else "beyond"
 
 
-def ratio(row):
-    """Error after a cycle over that of a single frame with 96 directions."""
-    return at(row["variants"][PUBLISHED]["truth"], CYCLE) / row["singles"][SINGLE]["truth"]
+def error(still):
+    """Errors after a cycle beside those of single frames, in words."""
+    same, full = ({scene: ratio(row, single) for scene, row in still.items()} for single in (SINGLE, FULL))
+    worst, worst_full = (max(found, key=found.__getitem__) for found in (same, full))
+    singles = still[worst_full]["singles"]
+    return f"""\
+- **A still image after {CYCLE} frames** errs {min(same.values()):.2f} to {same[worst]:.2f} times (`{worst}`) as much
+  against the truth as a single frame of the same half resolution with 96 directions per pixel,
+  {within(same[worst], RATIO)} the {RATIO} that such a pipeline has to keep. Beside a single frame of full resolution
+  with as many it errs {min(full.values()):.2f} to {full[worst_full]:.2f} times as much (`{worst_full}`),
+  {within(full[worst_full], RATIO)} {RATIO}: half resolution alone costs the single frame there a factor of
+  {singles[SINGLE]["truth"] / singles[FULL]["truth"]:.2f}. Most of all these errors is that of the depth buffer and of
+  eight samples."""
 
 
-def over_scenes(rows, pick):
-    return mean(pick(row) for row in rows.values())
-
-
-def settled(still):
-    """Every scene: how errors fall, and what is left."""
-    body = []
-    for scene, row in still.items():
-        ours, limit = row["variants"][PUBLISHED], row["variants"][PUBLISHED]["limit"]
-        cycles = row["cycles"][PUBLISHED]
-        body.append(
-            [
-                scene,
-                *(f"{at(ours['truth'], k):.4f}" for k in (1, 6, CYCLE)),
-                f"{row['singles'][SINGLE]['truth']:.4f}",
-                f"{row['singles'][SINGLE + ', filtered']['truth']:.4f}",
-                f"{ratio(row):.3f}",
-                f"{at(limit['rmse'], 1):.4f}",
-                f"{at(limit['rmse'], CYCLE):.4f}",
-                f"{at(limit['bias'], CYCLE):+.4f}",
-                f"{cycles['mean'][-1]:+.4f}",
-                f"{cycles['last'][-1] - cycles['last'][0]:+.5f}",
-            ]
-        )
-    head = ["scene", "1 frame", "6", "24", "96 directions", "filtered", "ratio", "limit: 1 frame", "24"]
-    return table([*head, "bias", "mean bias", "drift"], body)
-
-
-def stages(still):
-    """What every stage buys, means over the scenes."""
-    names = list(next(iter(still.values()))["variants"])
-    body = []
-    for name in [PUBLISHED, *(n for n in names if n != PUBLISHED)]:
-        rows = [row["variants"][name] for row in still.values()]
-        body.append(
-            [
-                name,
-                *(f"{mean(at(r['truth'], k) for r in rows):.4f}" for k in (1, CYCLE)),
-                *(f"{mean(at(r['limit']['rmse'], k) for r in rows):.4f}" for k in (1, CYCLE)),
-                f"{mean(abs(at(r['limit']['bias'], CYCLE)) for r in rows):.4f}",
-                f"{mean(r['flicker'] for r in rows):.4f}",
-            ]
-        )
-    head = ["pipeline", "to truth: 1 frame", "24 frames", "to its limit: 1 frame", "24 frames", "bias", "flicker"]
-    return table(head, body)
-
-
-def floors(still):
-    """Errors that no number of frames takes away."""
-    body = []
-    for scene, row in still.items():
-        limits, filtered = row["limits"], row["filtered limit"]
-        body.append(
-            [
-                scene,
-                f"{limits['limit']['truth']:.4f}",
-                f"{limits['limit']['bias to truth']:+.4f}",
-                f"{limits['all samples']['truth']:.4f}",
-                f"{limits['all samples']['bias to limit']:+.4f}",
-                f"{limits['jittered']['bias to limit']:+.4f}",
-                f"{filtered['limit']:.4f}",
-                f"{filtered['bias']:+.4f}",
-            ]
-        )
-    head = ["scene", "limit to truth", "bias to truth", "128 samples to truth", "128 samples", "even offsets"]
-    return table([*head, "filters", "bias of filters"], body)
-
-
-def patterns(numbers):
-    """Noise patterns, means over the scenes."""
-    first = next(iter(numbers.values()))
-    body = []
-    for name in first[NO_CLAMP]:
-        cells = [f"`{name}`"]
-        for clamp in ("clamp", NO_CLAMP):
-            rows = [by_clamp[clamp][name] for by_clamp in numbers.values()]
-            cells += [f"{mean(at(r['jittered']['rmse'], k) for r in rows):.4f}" for k in (1, 6, CYCLE)]
-            cells.append(f"{mean(r['flicker'] for r in rows):.4f}")
-        body.append(cells)
-    head = ["pattern", "1 frame", "6", "24", "flicker", "no clamp: 1 frame", "6", "24", "flicker"]
-    return table(head, body)
-
-
-def number(value, form):
-    return "–" if value is None else format(value, form)
-
-
-def ghosts(entry):
-    """One animation: every pipeline."""
-    body = []
-    for name, row in entry["pipelines"].items():
-        ghost, flicker = row["ghosting"], row["flicker"]
-        cells = [name, number(ghost["energy"], "+.5f"), number(ghost["elsewhere"], "+.5f")]
-        cells += [number(ghost[key], "+.4f") for key in ("lag", "behind", "ahead")]
-        cells += [number(flicker[key], ".4f") for key in ("deviation", "step")]
-        cells.append(f"{mean(row['rmse']):.4f}")
-        body.append(cells)
-    head = ["pipeline", "energy", "elsewhere", "lag", "behind", "ahead", "flicker", "step", "RMSE"]
-    return table(head, body)
-
-
-def window_table(numbers):
-    widths = sorted(next(iter(numbers.values())), key=float)
-    body = []
-    for width in widths:
-        cells = [width]
-        for row in numbers.values():
-            ghost, flicker = row[width]["ghosting"], row[width]["flicker"]
-            cells += [f"{ghost['energy']:+.5f}", f"{ghost['lag']:+.4f}", f"{flicker['deviation']:.4f}"]
-        body.append(cells)
-    head = ["window", *(f"{name}: {what}" for name in numbers for what in ("energy", "lag", "flicker"))]
-    return table(head, body)
-
-
-def convergence(entry):
-    found = {name: row.get("convergence") for name, row in entry["pipelines"].items()}
-    return ", ".join(f"{'never' if n is None else n} ({name})" for name, n in found.items())
+def bias(still):
+    """Bias after a cycle, in later ones, and whether it drifts, in words."""
+    cycles = [row["cycles"][PUBLISHED] for row in still.values()]
+    first = max(abs(at(row["variants"][PUBLISHED]["limit"]["bias"], CYCLE)) for row in still.values())
+    worst = max(still, key=lambda scene: abs(later(still[scene])))
+    most = abs(later(still[worst]))
+    mean = max(abs(found["mean"][-1]) for found in cycles)
+    without = max(abs(at(row["variants"][NO_CLAMP]["limit"]["bias"], CYCLE)) for row in still.values())
+    lasts = [found["last"] for found in cycles]
+    early, rest, end = (
+        max(abs(last[b] - last[a]) for last in lasts) for a, b in ((0, 1), (1, len(lasts[0]) - 1), (-2, -1))
+    )
+    return f"""\
+- **Bias** against the same estimator's dense limit is at most {first:.5f} in frame {CYCLE}, {within(first, BIAS)}
+  {BIAS}; {most:.5f} (`{worst}`) in the last frames of later cycles, {within(most, BIAS)} it; and {mean:.5f} in the mean
+  over the last cycle, {within(mean, BIAS)} it. Without the clamp it is {without:.5f} in frame {CYCLE}. From the first
+  cycle to the second the last frame's bias moves by up to {early:.5f}, from there to cycle {len(lasts[0])} by
+  {rest:.5f}, and by {end:.0e} in the last of them: it {"settles" if end < early else "drifts"}."""
 
 
 def verdict(numbers):
     still, moving = numbers["still"], numbers["ghosts"]
-    ratios = {scene: ratio(row) for scene, row in still.items()}
-    worst = max(ratios, key=ratios.__getitem__)
-    biases = {scene: at(row["variants"][PUBLISHED]["limit"]["bias"], CYCLE) for scene, row in still.items()}
-    means = {scene: row["cycles"][PUBLISHED]["mean"][-1] for scene, row in still.items()}
-    most, mean_most = (max(map(abs, values.values())) for values in (biases, means))
-    without = max(abs(at(row["variants"][NO_CLAMP]["limit"]["bias"], CYCLE)) for row in still.values())
-    cycles = max(
-        abs(row["cycles"][PUBLISHED]["last"][-1] - row["cycles"][PUBLISHED]["last"][1]) for row in still.values()
-    )
-    n_cycles = len(next(iter(still.values()))["cycles"][PUBLISHED]["last"])
 
     def flickers(name):
         return over_scenes(still, lambda row: row["variants"][name]["flicker"])
@@ -171,15 +78,11 @@ def verdict(numbers):
     calm = {name: row["flicker"]["deviation"] for name, row in moving["passing_object"]["pipelines"].items()}
     turning = {name: row["flicker"]["step"] for name, row in moving["fast_rotation"]["pipelines"].items()}
     return f"""\
-- **A still image after {CYCLE} frames** errs {min(ratios.values()):.2f} to {ratios[worst]:.2f} times (`{worst}`) as
-  much against the truth as a single half-resolution frame with 96 directions per pixel, {within(ratios[worst], RATIO)}
-  the {RATIO} that such a pipeline has to keep. Most of either error is that of the depth buffer and of eight samples.
-- **Bias** against the same estimator's dense limit is at most {most:.4f} in frame {CYCLE} and {mean_most:.4f} in the
-  mean over a cycle, {within(most, BIAS)} {BIAS}; without the clamp {without:.4f}. From the second cycle to cycle
-  {n_cycles}, it moves by {cycles:.5f} at most: nothing drifts.
-- **The 4×4 filter** is what is left of the error to that limit: {to_limit(PUBLISHED):.3f} in the mean, and
-  {to_limit(NO_SPATIAL):.3f} without it, after {CYCLE} frames. In one frame it takes {to_limit(NO_SPATIAL, 1):.3f} down
-  to {to_limit(PUBLISHED, 1):.3f}.
+{error(still)}
+{bias(still)}
+- **The 4×4 filter** makes most of what is left of the RMSE to that limit: {to_limit(PUBLISHED):.3f} in the mean
+  over the scenes, and {to_limit(NO_SPATIAL):.3f} without it, after {CYCLE} frames. In one frame it takes
+  {to_limit(NO_SPATIAL, 1):.3f} down to {to_limit(PUBLISHED, 1):.3f}.
 - **The temporal filter** takes the flicker of {flickers(NO_TEMPORAL):.3f} down to {flickers(PUBLISHED):.4f}, and
   without the clamp to {flickers(NO_CLAMP):.4f}: a history that is clamped to the neighbourhood of each noisy frame
   keeps part of that noise.
@@ -200,7 +103,7 @@ def verdict(numbers):
 def section(record):
     numbers, config = record["numbers"], record["config"]
     still, moving = numbers["still"], numbers["ghosts"]
-    size = config["ghosts"]
+    size, n_cycles = config["ghosts"], config["still"]["cycles"]
     parts = "\n\n".join(
         folded(f"`{name}`", ghosts(entry)) if name != "passing_object" else f"`{name}`:\n\n{ghosts(entry)}"
         for name, entry in sorted(moving.items(), key=lambda item: item[0] != "passing_object")
@@ -220,11 +123,12 @@ apart. Errors are root mean squares over the pixels that show a surface, without
 ## A camera at rest
 
 Scenes at {config["still"]["resolution"]} pixels. "96 directions" is a single frame with as many per pixel, at half
-resolution, as it is and through the same spatial filter; the ratio is that of 24 frames to the former. The "limit" is
-what the estimator with the very same eight samples and four offsets is the mean of, over 96 directions, brought back
-to full size in the same way: it has neither noise nor filter. Bias is against it in frame {CYCLE} and in the mean over
-the last of {len(next(iter(still.values()))["cycles"][PUBLISHED]["last"])} cycles; drift is what the first changes by
-from the first cycle to the last.
+resolution, as it is and through the same spatial filter; the first ratio is that of {CYCLE} frames to the former.
+"Full resolution" is such a single frame without smaller frames in between, unfiltered, and the second ratio that to
+it. The "limit" is what the estimator with the very same eight samples and four offsets is the mean of, over 96
+directions, brought back to full size in the same way: it has neither noise nor filter. "Bias" is against it in frame
+{CYCLE}, "later" the largest in the last frames of the cycles after that, "mean bias" the mean over the last of
+{n_cycles} cycles, and "drift" what the bias of a cycle's last frame changes by from the first cycle to the last.
 
 {settled(still)}
 
