@@ -68,6 +68,16 @@ def test_the_background_turns_with_the_camera_alone():
     np.testing.assert_array_equal(gtao.camera_motion(g, WIDER, moved).numpy()[:4], motion)
 
 
+@pytest.mark.parametrize(("now", "previous"), [(PARALLEL, SMALLER), (PERSPECTIVE, PARALLEL), (PARALLEL, PERSPECTIVE)])
+def test_the_background_of_a_parallel_camera_stays_in_its_place(now, previous):
+    """Its rays all meet at infinity, which tells no pixel from another: not even a turn by half a circle moves it."""
+    g = gtao.GBuffer(depth(), None, now, view_to_world=HERE)
+    for moved in (NEARBY, BEHIND):
+        motion = gtao.camera_motion(g, previous, moved).numpy()
+        assert not motion[:4].any()
+        assert motion[4:].all(axis=-1).any()
+
+
 def test_what_was_behind_the_camera_comes_from_outside_every_frame():
     g = gtao.GBuffer(depth(), None, PERSPECTIVE, view_to_world=HERE)
     motion = gtao.camera_motion(g, PERSPECTIVE, BEHIND).numpy()

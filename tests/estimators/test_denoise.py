@@ -1,5 +1,7 @@
 """``gtao.denoise``: what every filter promises on whole frames, whatever its weights."""
 
+import dataclasses
+
 import drjit as dr
 import numpy as np
 import pytest
@@ -86,6 +88,20 @@ def test_the_background_is_1_and_never_read(spatial):
     # The pixel without neighbours keeps its value.
     assert got[6, 6] == pytest.approx(image[6, 6], abs=1e-12)
     assert not np.allclose(got[surface], image[surface])
+
+
+@every_filter
+def test_unshaped_visibility_is_filtered_like_the_other_and_1_on_the_background(spatial):
+    """Whatever the estimate holds there: a lower bound on visibility, for example, leaves what is not shaped at 1."""
+    field = terrain()
+    g, surface = frame(field), np.isfinite(field.view_z)
+    image, other = random_image(g.shape), random_image(g.shape, seed=1)
+    ao = estimate(g, np.where(surface, image, 1.0), np.zeros((*g.shape, 3)))
+    ao = dataclasses.replace(ao, unshaped=g.types.Tensor(np.where(surface, other, 1.0)))
+    result = gtao.denoise(ao, g, spatial).unshaped.numpy()
+    assert (result[~surface] == 1).all()
+    # The sums of weights are not in the same place of the kernel: a rounding apart.
+    assert result[surface] == pytest.approx(filtered(g, np.where(surface, other, 1.0), spatial)[surface], abs=1e-12)
 
 
 @every_filter

@@ -138,6 +138,31 @@ def test_steps_follow_the_motion():
     assert in_place.result().step == pytest.approx(math.sqrt(1 / 6), rel=0.05)
 
 
+@pytest.mark.parametrize("axis", [0, 1], ids=["right and left", "down and up"])
+@pytest.mark.parametrize("way", [1, -1])
+def test_nothing_is_compared_with_what_lay_beyond_an_edge(axis, way):
+    # By two pixels: the two rows or columns that come in have no past, and the rest of 8 does.
+    motion = np.zeros((8, 8, 2))
+    motion[..., axis] = 2.0 * way
+    meter = evaluate.FlickerMeter()
+    for t in range(3):
+        meter.add(np.full((8, 8), float(t)), motion=motion)
+    assert meter.result().n_step == 2 * 6 * 8
+    assert meter.result().step == 1.0
+
+
+@pytest.mark.parametrize(("speed", "rests"), [(0.0005, True), (0.002, False), (0.5, False)])
+def test_rest_is_less_than_a_thousandth_of_a_pixel_per_frame(speed, rests):
+    # What creeps changes all the same, from surface to surface: it enters the steps, not the variance in place.
+    motion = np.zeros((4, 4, 2))
+    motion[..., 0], motion[..., 1] = 0.6 * speed, -0.8 * speed
+    meter = evaluate.FlickerMeter()
+    for t in range(4):
+        meter.add(np.full((4, 4), 0.1 * (t % 2)), motion=motion)
+    assert meter.result().n_deviation == (3 * 16 if rests else 0)
+    assert meter.result().n_step == 3 * 16
+
+
 def test_flicker_refuses():
     with pytest.raises(ShapeError, match="at least two frames, got 1"):
         evaluate.flicker([np.zeros((2, 2))])
@@ -297,6 +322,14 @@ def test_convergence_waits_for_the_last_excess():
     assert evaluate.convergence_frames([1.0, 0.1, 0.5, 0.1, 0.1, 0.1], tolerance=0.2, level=0.1) == 3
 
 
+def test_convergence_is_to_the_mean_of_the_last_quarter():
+    # The last two of eight have a mean of 0.15, which 0.16 is near; it is not near the last frame alone.
+    errors = [1.0, 0.5, 0.16, 0.16, 0.16, 0.16, 0.16, 0.14]
+    assert evaluate.convergence_frames(errors) == 2
+    # Of the four from a cut on the last one is the quarter, and three lie above it.
+    assert evaluate.convergence_frames(errors, 4) == 3
+
+
 @pytest.mark.parametrize(("cut", "errors"), [(3, [1.0, 2.0, 3.0]), (-1, [1.0]), (0, [1.0, math.nan]), (0, [-1.0])])
 def test_convergence_refuses(cut, errors):
     with pytest.raises(ConfigError):
@@ -305,6 +338,8 @@ def test_convergence_refuses(cut, errors):
 
 def test_drift_of_a_line_and_of_chance():
     assert evaluate.drift([5.0, 0.1, 0.2, 0.3, 0.4], 1) == pytest.approx((0.1, 0.0))
+    # By hand: slope 1/2 and residuals ±(1, -2, 1)/6, whose squares sum to 1/6; one degree of freedom, t·t = 2.
+    assert evaluate.drift([0.0, 0.0, 1.0]) == pytest.approx((0.5, math.sqrt(1 / 12)))
     z = []
     for seed in range(400):
         slope, error = evaluate.drift(np.random.default_rng(seed).normal(0.0, 1.0, 40))
