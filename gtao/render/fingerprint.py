@@ -9,13 +9,14 @@ import numpy as np
 from .loading import select_sensor
 from .variant import ensure_variant
 
-__all__ = ["fingerprint"]
+__all__ = ["feed", "fingerprint"]
 
 # Parameters of a shape that do not move its surface.
 _IRRELEVANT = ("bsdf", "emitter", "sensor", "medium", "silhouette")
 
 
-def _feed(digest: Any, node: Any, skip: tuple[str, ...]) -> None:
+def feed(digest: Any, node: Any, skip: tuple[str, ...] = ()) -> None:
+    """Add all parameters of a scene or a part of it to a hash, but those whose names hold one of ``skip``."""
     parameters = mi.traverse(node)
     digest.update(node.class_name().encode())
     for name in sorted(parameters.keys()):
@@ -40,6 +41,6 @@ def fingerprint(scene: Any, sensor: Any = 0) -> str:
     digest = hashlib.sha256()
     chosen = select_sensor(scene, sensor)
     for shape in scene.shapes():
-        _feed(digest, shape, _IRRELEVANT)
-    _feed(digest, chosen, ("shutter",))
+        feed(digest, shape, _IRRELEVANT)
+    feed(digest, chosen, ("shutter",))
     return digest.hexdigest()

@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from gtao.errors import ConfigError
 
 from .sequence_poses import matrix_of
@@ -18,6 +20,10 @@ Path = Callable[[int], Any] | Sequence[Any]
 
 def _length(path: Path | None) -> int | None:
     return None if path is None or callable(path) else len(path)
+
+
+def _at(path: Path, frame: int) -> Any:
+    return path(frame) if callable(path) else path[frame]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -47,6 +53,8 @@ class Animation:
     Raises:
         ConfigError: the radius is not positive, there are no frames, a list is too short, or a shape is to move in
             two ways.
+        ShapeError: a list holds a matrix that is not rigid, or vertices that are not (V, 3) finite numbers. Of
+            functions, that is found when a frame is made.
     """
 
     name: str
@@ -75,11 +83,34 @@ class Animation:
             length = _length(path)
             if length is not None and length < self.n_frames:
                 raise ConfigError(f"{what} has {length} entries for {self.n_frames} frames")
+        self._check_lists()
 
     def _paths(self):
         yield "the camera's path", self.camera
         for key, path in (*self.movers.items(), *self.deforming.items()):
             yield f"the way of shape {key!r}", path
+
+    def _check_lists(self) -> None:
+        """Look at every entry that is there already: a wrong one is not to be found hours later."""
+        for frame in range(_length(self.camera) or 0):
+            self._camera(frame)
+        for key, path in self.movers.items():
+            for frame in range(_length(path) or 0):
+                self._matrix(key, frame)
+        for key, path in self.deforming.items():
+            for frame in range(_length(path) or 0):
+                self._vertices(key, frame)
+
+    def _camera(self, frame: int) -> np.ndarray | None:
+        return (
+            None if self.camera is None else matrix_of(f"the camera's pose in frame {frame}", _at(self.camera, frame))
+        )
+
+    def _matrix(self, key: str | int, frame: int) -> np.ndarray:
+        return matrix_of(f"the matrix of shape {key!r} in frame {frame}", _at(self.movers[key], frame))
+
+    def _vertices(self, key: str | int, frame: int) -> np.ndarray:
+        return check_vertices(f"the vertices of {key!r} in frame {frame}", _at(self.deforming[key], frame))
 
     @classmethod
     def from_scene(
@@ -102,6 +133,7 @@ class Animation:
         Raises:
             ConfigError: as for the class; or nothing tells the number of frames.
             SceneError: the scene cannot be loaded, or has no such shape.
+            ShapeError: as for the class; or a mesh in a list has another number of vertices than the scene's.
         """
         movers, deforming = dict(movers or {}), dict(deforming or {})
         if n_frames is None:
@@ -140,8 +172,13 @@ class Animation:
 
         Raises:
             SceneError: it cannot be loaded, or has no such shape.
+            ShapeError: a mesh in a list has another number of vertices.
         """
-        return Stage(self.scene, tuple(self.movers), tuple(self.deforming))
+        stage = Stage(self.scene, tuple(self.movers), tuple(self.deforming))
+        for key, path in self.deforming.items():
+            for frame in range(_length(path) or 0):
+                stage.check_count(key, self._vertices(key, frame))
+        return stage
 
     def state(self, frame: int) -> State:
         """Where camera and shapes are in a frame.
@@ -153,14 +190,10 @@ class Animation:
         if isinstance(frame, bool) or not isinstance(frame, int) or not 0 <= frame < self.n_frames:
             raise ConfigError(f"there is no frame {frame!r}: {self.name} has frames 0 to {self.n_frames - 1}")
 
-        def at(path: Path) -> Any:
-            return path(frame) if callable(path) else path[frame]
-
-        camera = None if self.camera is None else matrix_of(f"the camera's pose in frame {frame}", at(self.camera))
         return State(
-            camera,
-            {k: matrix_of(f"the matrix of shape {k!r} in frame {frame}", at(p)) for k, p in self.movers.items()},
-            {k: check_vertices(f"the vertices of {k!r} in frame {frame}", at(p)) for k, p in self.deforming.items()},
+            self._camera(frame),
+            {key: self._matrix(key, frame) for key in self.movers},
+            {key: self._vertices(key, frame) for key in self.deforming},
         )
 
     def __repr__(self) -> str:

@@ -1,5 +1,6 @@
 """One loaded scene whose camera and shapes are put where a frame wants them."""
 
+import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,6 +12,7 @@ import numpy as np
 
 from gtao.errors import SceneError, ShapeError
 
+from .fingerprint import feed
 from .loading import load_scene
 from .scenes.mesh import mesh
 from .scenes.surface import Surface
@@ -183,12 +185,26 @@ class Stage:
         self.look(state, sensor)
         changed = [self.movers[key].move(matrix) for key, matrix in state.movers.items()]
         for key, vertices in state.deforming.items():
-            expected = len(self.deforming[key].vertices)
-            if len(vertices) != expected:
-                raise ShapeError(f"shape {key!r} has {expected} vertices, got {len(vertices)}")
+            self.check_count(key, vertices)
             changed.append(self.deforming[key].deform(vertices))
         if any(changed):
             self._parameters.update()
+
+    def check_count(self, key: Key, vertices: np.ndarray) -> None:
+        """Vertices of a mesh that deforms are as many as it has.
+
+        Raises:
+            ShapeError: they are not.
+        """
+        expected = len(self.deforming[key].vertices)
+        if len(vertices) != expected:
+            raise ShapeError(f"shape {key!r} has {expected} vertices, got {len(vertices)}")
+
+    def digest(self) -> str:
+        """SHA-256 of all that the scene holds as it stands, materials and textures too, as 64 hexadecimal digits."""
+        digest = hashlib.sha256()
+        feed(digest, self.scene)
+        return digest.hexdigest()
 
     def look(self, state: State, sensor: Any) -> np.ndarray:
         """Bring the camera alone into a state, and return where the sensor then stands (view frame to world)."""

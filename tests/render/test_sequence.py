@@ -322,6 +322,35 @@ def test_wrong_states(options, words):
         list(render.sequence(simple(**options)))
 
 
+SHEARS = np.array([[1.0, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 1, 1]])
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"camera": [np.eye(4), SHEARS]}, "the camera's pose in frame 1 must be rigid"),
+        ({"movers": {"box": [np.eye(4), SHEARS]}}, "the matrix of shape 'box' in frame 1 must be rigid"),
+        ({"deforming": {"box": [np.zeros((24, 3)), np.zeros((24, 2))]}}, "the vertices of 'box' in frame 1 must have"),
+        ({"deforming": {"box": [np.zeros((24, 3)), np.zeros((23, 3))]}}, "shape 'box' has 24 vertices, got 23"),
+    ],
+)
+def test_lists_are_looked_at_as_a_whole_before_any_frame(options, words):
+    with pytest.raises(ShapeError, match=words):
+        simple(n_frames=2, **options)
+
+
+def test_a_stage_tells_scenes_apart_by_all_that_they_hold():
+    def digest(origin=(0, -4, 2), height=0.8, reflectance=0.5):
+        floor = S.cube((-5, -5, -1), (5, 5, 0)) | {"bsdf": S.matte(reflectance)}
+        shapes = {"floor": floor, "box": S.cube((-0.5, -0.5, 0), (0.5, 0.5, height))}
+        scene = S.scene(S.perspective(origin, (0, 0, 0.3), size=(8, 8)), **shapes)
+        return render.Animation.from_scene(scene, radius=1.0, n_frames=1).stage.digest()
+
+    changes = ({}, {"origin": (0, -4, 3)}, {"height": 0.9}, {"reflectance": 0.6})
+    assert len({digest(**change) for change in changes}) == 4
+    assert digest() == digest()
+
+
 @pytest.mark.parametrize(
     ("arguments", "options", "words"),
     [

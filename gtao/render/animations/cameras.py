@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from gtao.errors import ConfigError
 from gtao.render.scenes.buildings import GROUND
 from gtao.render.scenes.compose import Perspective, compose
 from gtao.render.scenes.machinery import machinery
@@ -124,8 +125,11 @@ def fast_rotation(width: int = 128, height: int = 128, *, reflectance: Reflectan
 
 
 @animation(radius=0.5, n_frames=48, static_scene=True, cut=24)
-def cut(width: int = 128, height: int = 128, *, reflectance: Reflectance = 0.5) -> dict:
+def cut(width: int = 128, height: int = 128, *, reflectance: Reflectance = 0.5, n_frames: int = 48) -> dict:
     """Camera that stands still before machine parts, jumps to the other side at half time, and stands still again."""
+    if isinstance(n_frames, bool) or not isinstance(n_frames, int) or n_frames < 2:
+        raise ConfigError(f"a cut needs a frame before it and one after it: at least 2 frames, got {n_frames!r}")
+    first = n_frames // 2
     poses = [look_at((2.5, -3.4, 2.8), (0.0, 0.0, 0.7)), look_at((-2.3, 2.6, 0.9), (0.1, 0.2, 0.65))]
     scene = machinery(width, height, reflectance=reflectance)
-    return {"scene": scene, "camera": lambda frame: poses[frame >= 24]}
+    return {"scene": scene, "camera": lambda frame: poses[frame >= first], "n_frames": n_frames, "cut": first}

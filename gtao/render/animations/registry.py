@@ -22,7 +22,8 @@ class AnimationInfo:
         n_frames: number of frames.
         static_camera: the camera never moves.
         static_scene: nothing but the camera moves.
-        cut: first frame after a cut, None without.
+        cut: first frame after a cut, None without; with one, ``n_frames`` is a parameter of the function, and the cut
+            lies at half of them.
         function: builds the :class:`gtao.render.Animation`.
     """
 
@@ -42,7 +43,8 @@ _ANIMATIONS: Catalogue[AnimationInfo] = Catalogue("animation")
 def animation(**info: Any) -> Callable[[Callable[..., dict]], Callable[..., Animation]]:
     """Decorator: enters an animation into the list; its keywords are the fields of :class:`AnimationInfo`.
 
-    The function returns the rest of what :class:`gtao.render.Animation` needs: scene, camera and movers.
+    The function returns the rest of what :class:`gtao.render.Animation` needs: scene, camera and movers; where its own
+    parameters change what the keywords say, that too.
     """
 
     def enter(function: Callable[..., dict]) -> Callable[..., Animation]:
@@ -51,7 +53,7 @@ def animation(**info: Any) -> Callable[[Callable[..., dict]], Callable[..., Anim
         @wraps(function)
         def make(*args: Any, **kwargs: Any) -> Animation:
             known = {key: info.get(key) for key in ("radius", "n_frames", "cut")}
-            return Animation(name=name, description=description, **known, **function(*args, **kwargs))
+            return Animation(name=name, description=description, **known | function(*args, **kwargs))
 
         _ANIMATIONS.enter(name, AnimationInfo(name=name, description=description, function=make, **info))
         return make
