@@ -74,5 +74,6 @@ from .transport import write_transport as write_transport
 from .truth import read_truth as read_truth
 from .video import VIDEO_FORMATS as VIDEO_FORMATS
 from .video import check_video as check_video
+from .video import ffmpeg_fault as ffmpeg_fault
 from .video import find_ffmpeg as find_ffmpeg
 from .video import write_video as write_video

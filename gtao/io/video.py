@@ -19,7 +19,7 @@ from gtao.errors import ConfigError, ImageError, ShapeError
 
 from .atomic import atomic_path
 
-__all__ = ["VIDEO_FORMATS", "check_video", "find_ffmpeg", "write_video"]
+__all__ = ["VIDEO_FORMATS", "check_video", "ffmpeg_fault", "find_ffmpeg", "write_video"]
 
 #: Endings of what can be written.
 VIDEO_FORMATS = ("mp4", "gif")
@@ -46,20 +46,39 @@ def find_ffmpeg() -> str | None:
         return shutil.which("ffmpeg")
 
 
+def ffmpeg_fault() -> str | None:
+    """Why no MP4 can be written, found by writing a tiny one; None where nothing is wrong."""
+    program = find_ffmpeg()
+    if program is None:
+        return "there is no FFmpeg: pip install 'gtao[video]'"
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            _write_mp4(program, Path(folder) / "trial.mp4", iter([np.zeros((16, 16, 3), np.uint8)]), 24.0)
+        except _FFmpegError as fault:
+            return str(fault)
+    return None
+
+
 def check_video(name: str, fps: float) -> None:
     """Raise now, before hours of work, what :func:`write_video` would raise of a file's name and its pace.
 
     Raises:
-        ConfigError: the ending is none of :data:`VIDEO_FORMATS`, ``fps`` is out of range, or MP4 lacks an FFmpeg.
+        ConfigError: the ending is none of :data:`VIDEO_FORMATS`, ``fps`` is out of range, or MP4 lacks an FFmpeg that
+            runs.
     """
+    fault = ffmpeg_fault() if _checked_kind(name, fps) == "mp4" else None
+    if fault is not None:
+        raise ConfigError(f"cannot write {name}: {fault}; or write a .gif")
+
+
+def _checked_kind(name: str, fps: float) -> str:
     kind = Path(name).suffix.lower().removeprefix(".")
     if kind not in VIDEO_FORMATS:
         raise ConfigError(f"video {name} must end in {' or '.join('.' + ending for ending in VIDEO_FORMATS)}")
     limit = _GIF_FASTEST if kind == "gif" else _FASTEST
     if not 0 < fps <= limit:
         raise ConfigError(f"fps must lie in (0, {limit}] in a .{kind}, got {fps}")
-    if kind == "mp4" and find_ffmpeg() is None:
-        raise ConfigError(f"no FFmpeg to write {name}: pip install 'gtao[video]', or write a .gif")
+    return kind
 
 
 def write_video(
@@ -86,13 +105,20 @@ def write_video(
         ImageError: the file cannot be written, or FFmpeg failed.
     """
     path = Path(path)
-    check_video(path.name, fps)
-    if path.suffix.lower() == ".gif":
+    if _checked_kind(path.name, fps) == "gif":
         colours = None if palette is None else _checked_palette(palette)
         return _write(path, frames, lambda partial, checked: _write_gif(partial, checked, fps, colours))
     program = find_ffmpeg()
-    assert program is not None
-    return _write(path, frames, lambda partial, checked: _write_mp4(program, partial, checked, fps))
+    if program is None:
+        raise ConfigError(f"cannot write {path.name}: {ffmpeg_fault()}; or write a .gif")
+    try:
+        return _write(path, frames, lambda partial, checked: _write_mp4(program, partial, checked, fps))
+    except _FFmpegError as fault:
+        raise ImageError(f"cannot write {path}: {fault}; or write a .gif") from None
+
+
+class _FFmpegError(Exception):
+    """FFmpeg did not run, or not to its end."""
 
 
 def _write(path: Path, frames: Iterable[np.ndarray], encode: Callable[[Path, Iterator[np.ndarray]], None]) -> int:
@@ -139,16 +165,21 @@ def _write_mp4(program: str, path: Path, frames: Iterator[np.ndarray], fps: floa
     command = [program, "-y", "-v", "error", *given, "-an", *coding, *colours, *plain, "-f", "mp4", str(path)]
     # Into a file, which cannot fill up as a pipe does.
     with tempfile.TemporaryFile() as errors:
-        with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=errors) as process:
+        try:
+            process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=errors)
+        except OSError as cause:
+            raise _FFmpegError(f"FFmpeg at {program} does not run: {cause.strerror}") from None
+        with process:
             try:
                 _feed(process.stdin, first, frames)
             except BaseException:
                 process.kill()
                 raise
-        if process.returncode:
+        if process.returncode or not path.exists() or path.stat().st_size == 0:
             errors.seek(0)
             said = errors.read().decode(errors="replace").strip().splitlines()
-            raise ImageError(f"cannot write {path.name}: FFmpeg says {(said or ['nothing'])[-1]!r}; write a .gif")
+            last = (said or ["nothing"])[-1].replace(str(path), "the file")
+            raise _FFmpegError(f"FFmpeg at {program} ended with status {process.returncode} and says {last!r}")
 
 
 def _feed(pipe: Any, first: np.ndarray, frames: Iterator[np.ndarray]) -> None:

@@ -208,6 +208,40 @@ def test_an_ffmpeg_on_the_path_does_and_its_failure_is_told(tmp_path, monkeypatc
     no_imageio(monkeypatch)
     monkeypatch.setenv("PATH", f"{program.parent}{os.pathsep}{os.environ['PATH']}")
     assert io.find_ffmpeg() == str(program)
-    with pytest.raises(ImageError, match="Unknown encoder"):
+    with pytest.raises(ImageError, match=r"cannot write .*/a\.mp4: .*Unknown encoder"):
         io.write_video(tmp_path / "a.mp4", (frame(i) for i in range(200)))
     assert not (tmp_path / "a.mp4").exists()
+
+
+@pytest.mark.parametrize(
+    ("program", "words"),
+    [
+        ("/nonexist", "FFmpeg at /nonexist does not run: No such file"),
+        ("/bin/false", "FFmpeg at /bin/false ended with status 1"),
+        ("/bin/true", "FFmpeg at /bin/true ended with status 0"),
+    ],
+)
+def test_an_ffmpeg_that_does_not_run_is_found_before_the_work(tmp_path, monkeypatch, program, words):
+    monkeypatch.setattr(io.video, "find_ffmpeg", lambda: program)
+    assert io.ffmpeg_fault().startswith(words)
+    with pytest.raises(ConfigError, match=f"cannot write a.mp4: {words}"):
+        io.check_video("a.mp4", 24)
+    io.check_video("a.gif", 24)
+    with pytest.raises(ImageError, match=f"cannot write {tmp_path / 'a.mp4'}: {words}") as error:
+        io.write_video(tmp_path / "a.mp4", [frame(0)] * 3)
+    assert ".partial" not in str(error.value)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_ffmpeg_says_of_the_file_that_it_writes_names_no_passing_one(tmp_path, monkeypatch):
+    program = tmp_path / "ffmpeg"
+    program.write_text('#!/bin/sh\nfor last; do :; done\necho "$last: no codec" >&2\nexit 1\n')
+    program.chmod(0o700)
+    monkeypatch.setattr(io.video, "find_ffmpeg", lambda: str(program))
+    with pytest.raises(ImageError, match="says 'the file: no codec'"):
+        io.write_video(tmp_path / "a.mp4", [frame(0)])
+
+
+@needs_ffmpeg
+def test_an_ffmpeg_that_runs_has_no_fault():
+    assert io.ffmpeg_fault() is None
