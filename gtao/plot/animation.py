@@ -9,6 +9,7 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from PIL import Image, ImageDraw, ImageFont
 
 from gtao.errors import ConfigError, ShapeError
@@ -231,6 +232,7 @@ def animation_curves(comparison: AnimationComparison) -> Figure:
         title, label = _PANELS[kind]
         axis.set_title(title)
         axis.set(xlabel="frame", ylabel=label)
+        axis.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
         if kind in ("bias", "lag"):
             axis.axhline(0, color="0.6", linewidth=0.8, zorder=1)
         else:

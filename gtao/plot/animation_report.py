@@ -2,6 +2,7 @@
 
 import html
 import math
+import re
 from collections.abc import Mapping
 
 from matplotlib.figure import Figure
@@ -16,6 +17,10 @@ __all__ = ["animation_figures", "animation_report"]
 _STYLE = """
 video, img.video { display: block; width: 100%; height: auto; background: #181818; border: 1px solid var(--line);
   border-radius: .6rem; padding: 0; }
+th, td { padding: .3rem .5rem; }
+th { white-space: normal; vertical-align: bottom; }
+td:first-child { white-space: normal; overflow-wrap: anywhere; min-width: 9rem; }
+code { white-space: nowrap; font-size: .9em; }
 """
 
 #: Columns of the table: heading and format.
@@ -58,13 +63,19 @@ def animation_report(comparison: AnimationComparison, *, figures: Mapping[str, F
         f"{comparison.name}: {comparison.description} · {comparison.n_frames} frames, {comparison.fps:g} per second"
         f" · occluders {radius}"
     )
-    parts = [f"<p class=lead>{html.escape(lead)}</p>", *map(paragraph, comparison.notes), _table(comparison)]
+    parts = [f"<p class=lead>{html.escape(lead)}</p>", *map(_note, comparison.notes), _table(comparison)]
     sections = [f"<section>{''.join(parts)}{paragraph(_NOTE)}</section>"]
     sections.append(section("Frame by frame", image(drawn["curves"], "Against the index of the frame.")))
     scale = f"Ray-traced truth, result and |error|, whose scale ends at {comparison.error_limit:g}."
     sections.append(section("Videos", paragraph(scale), *map(_video, comparison.methods)))
     sections.append(repeating(comparison.command, comparison.versions, comparison.record))
     return page(f"{comparison.title}: {comparison.name}", "\n".join(sections), style=_STYLE)
+
+
+def _note(text: str) -> str:
+    """A paragraph in which names of options stay whole: browsers break lines behind hyphens."""
+    marked = re.sub(r"--[a-z][a-z-]*", r"<code>\g<0></code>", html.escape(text))
+    return f"<p>{marked}</p>"
 
 
 def _table(comparison: AnimationComparison) -> str:

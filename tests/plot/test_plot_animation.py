@@ -105,6 +105,15 @@ def test_curves_hold_every_number():
     assert all(map(any, marked))
 
 
+@pytest.mark.parametrize("n_frames", [1, 2, 3])
+def test_frames_are_counted_in_whole_numbers(n_frames):
+    curves = {"rmse": [0.3, 0.2, 0.1][:n_frames]}
+    figure = plot.animation_curves(comparison(methods=[method("a", curves=curves)], n_frames=n_frames, cut=None))
+    ticks = figure.axes[0].get_xticks()
+    assert len(ticks)
+    assert ticks.tolist() == np.round(ticks).tolist()
+
+
 def test_quantities_that_nobody_has_have_no_panel():
     figure = plot.animation_curves(comparison(methods=[method("a")]))
     assert sum(axis.axison for axis in figure.axes) == 3
@@ -138,7 +147,10 @@ class Parser(HTMLParser):
 def test_the_report_plays_what_lies_beside_it():
     methods = [method("a & b", video="a-b.mp4"), method("c", video="c.gif")]
     shown = comparison(
-        methods=methods, notes=["Mind <this>."], command="gtao animate walk", record={"kind": "animation"}
+        methods=methods,
+        notes=["Mind <this>: give --radius."],
+        command="gtao animate walk",
+        record={"kind": "animation"},
     )
     page = plot.animation_report(shown)
     parser = Parser()
@@ -150,7 +162,11 @@ def test_the_report_plays_what_lies_beside_it():
     for words in (
         "a &amp; b",
         "someone &lt;walks&gt;",
-        "Mind &lt;this&gt;.",
+        # Browsers break lines behind hyphens.
+        "Mind &lt;this&gt;: give <code>--radius</code>.",
+        "code { white-space: nowrap",
+        # Else the last column lies beyond the page.
+        "th { white-space: normal",
         "−0.0123",
         "gtao animate walk",
         "within 0.5",
