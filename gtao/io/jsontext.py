@@ -88,12 +88,13 @@ def _refuse_constant(name: str):
     raise ValueError(f"it holds {name}, which is not JSON")
 
 
-def read_json(path: str | PathLike, what: str) -> Any:
+def read_json(path: str | PathLike, what: str, *, advice: str = "write it again with gtao") -> Any:
     """The content of a JSON file.
 
     Args:
         path: the file.
         what: what it should be, for the error.
+        advice: what to do with a file that is not JSON, for the error.
 
     Raises:
         RecordError: the file is missing, unreadable or not JSON.
@@ -108,4 +109,4 @@ def read_json(path: str | PathLike, what: str) -> Any:
     try:
         return json.loads(text, parse_constant=_refuse_constant)
     except (ValueError, RecursionError) as cause:
-        raise RecordError(f"{path} is not a {what}: {cause}; write it again with gtao") from None
+        raise RecordError(f"{path} is not a {what}: {cause}; {advice}") from None

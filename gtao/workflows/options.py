@@ -76,11 +76,26 @@ def changed_pipeline(pipeline: Pipeline, settings: Iterable[str]) -> Pipeline:
 def _changed(pipeline: Pipeline, values: dict[str, str]) -> Pipeline:
     described = pipeline.to_dict()
     own = {f.name for f in fields(pipeline)} - {"occlusion"}
+    changed: dict[str, tuple[dict[str, Any], list[type]]] = {}
     for key, text in values.items():
         path = key.split(".")
         inside, config = (described, pipeline) if path[0] in own else (described["occlusion"], pipeline.occlusion)
         _set(inside, config, path, text, values)
+        if len(path) > 1:
+            changed[path[0]] = inside[path[0]], _parts(_hints(config)[path[0]])
+    for name, part in changed.items():
+        _check_part(name, *part)
     return method_from_dict(described)
+
+
+def _check_part(name: str, described: dict[str, Any], kinds: list[type]) -> None:
+    """Raise what is wrong with a part on its own, in the names that its options have."""
+    options = {f.name for kind in kinds for f in fields(kind)}
+    try:
+        method_from_dict(described)
+    except ConfigError as cause:
+        text = str(cause)
+        raise ConfigError(f"{name}.{text}" if text.split()[0] in options else f"{name}: {text}") from None
 
 
 def _split(setting: str) -> tuple[str, str]:
@@ -99,9 +114,7 @@ def _number(key: str, text: str) -> Any:
 
 def _set(described: dict[str, Any], config: Any, path: list[str], text: str, values: dict[str, str]) -> None:
     """Change one value of a description, or of a part of it, which is made if need be."""
-    hints = typing.get_type_hints(type(config), {"Pipeline": Pipeline})
-    if isinstance(config, Pipeline):
-        hints |= _STAGES
+    hints = _hints(config)
     names = [f.name for f in fields(config)]
     if path[0] not in names or len(path) > 2:
         known = (n if not _parts(hints[n]) else f"{n}.…" for n in names if n != "occlusion")
@@ -124,6 +137,12 @@ def _set(described: dict[str, Any], config: Any, path: list[str], text: str, val
     if path[1] not in hints:
         raise ConfigError(f"there is no option {'.'.join(path)!r}; {kind.__name__} has {', '.join(hints) or 'none'}")
     part[path[1]] = _value(".".join(path), text, hints[path[1]])
+
+
+def _hints(config: Any) -> dict[str, Any]:
+    """What each field of a configuration can hold."""
+    hints = typing.get_type_hints(type(config), {"Pipeline": Pipeline})
+    return hints | _STAGES if isinstance(config, Pipeline) else hints
 
 
 def _parts(annotation: Any) -> list[type]:

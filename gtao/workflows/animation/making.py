@@ -47,14 +47,17 @@ class Run:
         self._progress = progress
         self.pictures = Pictures(directory.path, config.error_limit, exr=config.exr)
         pipelines = {m.file: m.pipeline.to_dict() for m in methods}
-        self.state = Unfinished(directory.path, config.of_frames() | {"pipelines": pipelines, "radius": radius})
+        # Files are named by the settings, but what they hold counts.
+        inputs = {"origin": source.origin, "scene": source.animation.stage.digest()}
+        settings = config.of_frames() | {"pipelines": pipelines, "radius": radius, "inputs": inputs}
+        self.state = Unfinished(directory.path, settings)
 
     def tasks(self, task: str) -> Callable[[int, int], None]:
         return lambda done, total: self._progress(task, done, total) if self._progress else None
 
     def frames(self, cache: Path) -> Progress:
         """Make what is missing."""
-        done = self.state.load([m.file for m in self.methods])
+        done = self.state.load([m.file for m in self.methods], lambda n: self.pictures.whole(self.methods, n))
         total, step = self.source.n_frames, self.tasks("frames")
         step(len(done.views), total)
         for frame in frames(self.source, self.config, self.radius, done.views, cache, self.tasks):

@@ -1,13 +1,24 @@
 """The methods of an animation, from the words of a command line."""
 
+import math
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from gtao import io
-from gtao.config import NAMED, Pipeline, method_from_dict
+from gtao.config import (
+    GTAO,
+    HBAO,
+    NAMED,
+    HeightfieldHorizon,
+    HeightfieldRayMarch,
+    Pipeline,
+    VisibilityBitmask,
+    method_from_dict,
+)
 from gtao.errors import ConfigError, GtaoError
 from gtao.io.jsontext import read_json
 from gtao.workflows.options import changed_pipeline, pipeline_from_options
@@ -19,6 +30,9 @@ PIPELINES: dict[str, Callable[[float], Pipeline]] = {
     "published-pipeline": Pipeline.as_published,
     "recommended-temporal": partial(Pipeline.recommended, temporal=True),
 }
+
+#: What a file can describe.
+_KINDS = [kind.__name__ for kind in (Pipeline, GTAO, HBAO, VisibilityBitmask, HeightfieldHorizon, HeightfieldRayMarch)]
 
 
 @dataclass(frozen=True)
@@ -56,12 +70,18 @@ def methods_of(given: Sequence[str], settings: Sequence[str], radius: float) -> 
     for text in given:
         name, *own = text.split(",")
         options = [*settings, *own]
-        if name.endswith(".json"):
-            pipeline = changed_pipeline(_of_file(Path(name)), options)
-        elif name in PIPELINES or name in NAMED:
-            pipeline = pipeline_from_options(name, options, radius, others=PIPELINES)
-        else:
+        described = _of_file(Path(name)) if name.endswith(".json") else None
+        if described is None and name not in PIPELINES and name not in NAMED:
             raise ConfigError(f"method must be one of {', '.join((*PIPELINES, *NAMED))}, or a .json file, got {name!r}")
+        try:
+            if described is not None:
+                pipeline = changed_pipeline(described, options)
+            else:
+                pipeline = pipeline_from_options(name, options, radius, others=PIPELINES)
+        except ConfigError as cause:
+            # Presets derive other lengths from the radius, of which an error then speaks.
+            reach = "" if math.isfinite(radius) else " with radius inf"
+            raise ConfigError(f"method {text}{reach}: {cause}") from None
         shown = ",".join([Path(name).stem if name.endswith(".json") else name, *own])
         found.append(Method(shown, _file_name(shown, {m.file for m in found}), pipeline))
     return found
@@ -69,10 +89,22 @@ def methods_of(given: Sequence[str], settings: Sequence[str], radius: float) -> 
 
 def _of_file(path: Path) -> Pipeline:
     try:
-        described = method_from_dict(io.with_infinities(read_json(path, "method")))
+        content = io.with_infinities(read_json(path, "method", advice="mend the file"))
+        if not _describes_a_method(content):
+            raise ConfigError(f'it describes none; such a file is an object whose "type" is {" or ".join(_KINDS)}')
+        described = method_from_dict(content)
     except GtaoError as cause:
         raise ConfigError(f"cannot take a method from {path}: {cause}") from None
     return described if isinstance(described, Pipeline) else Pipeline(occlusion=described, clamp=False)
+
+
+def _describes_a_method(content: Any) -> bool:
+    """Whether it is an object of one of the kinds, which may be left out of a :class:`gtao.GTAO`."""
+    if not isinstance(content, dict):
+        return False
+    if "type" not in content:
+        return content.keys() <= {f.name for f in fields(GTAO)}
+    return content["type"] in _KINDS
 
 
 def _file_name(name: str, taken: set[str]) -> str:

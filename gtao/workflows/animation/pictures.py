@@ -1,5 +1,6 @@
 """Pictures of frames: written once each, and put together for videos one after the other."""
 
+import contextlib
 import hashlib
 import re
 from collections.abc import Callable, Iterator
@@ -9,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from gtao import io, plot
+from gtao.errors import GtaoError
 from gtao.io.png import read_png, write_png
 from gtao.results import AmbientOcclusion
 
@@ -64,6 +66,16 @@ class Pictures:
             for path in self.folder.iterdir():
                 if _OURS.fullmatch(path.name):
                     path.unlink(missing_ok=True)
+
+    def whole(self, methods: list[Method], n_frames: int) -> bool:
+        """Whether the files of all frames up to ``n_frames`` are there, and the PNGs among them can be read."""
+        with contextlib.suppress(GtaoError):
+            for i in range(n_frames):
+                for name in self.stems(methods):
+                    read_png(self.path(name, i))
+            exrs = [_TRUTH, *(m.file for m in methods)] if self.exr else []
+            return all(self.path(name, i, ".exr").exists() for name in exrs for i in range(n_frames))
+        return False
 
     def stems(self, methods: list[Method]) -> list[str]:
         """What the PNG files of a run are called, but for the number of the frame."""

@@ -132,11 +132,10 @@ def animate(
 
 def _video_format(config: AnimateConfig) -> tuple[str, list[str]]:
     """The ending of the videos, and what is to be said about it."""
-    missing = config.video == "auto" and io.find_ffmpeg() is None
-    suffix = ".gif" if missing or config.video == "gif" else ".mp4"
+    fault = io.ffmpeg_fault() if config.video == "auto" else None
+    suffix = ".gif" if fault is not None or config.video == "gif" else ".mp4"
     io.check_video(f"METHOD{suffix}", config.fps)
-    note = "Videos are GIFs, because there is no FFmpeg: pip install 'gtao[video]' for MP4."
-    return suffix, [note] if missing else []
+    return suffix, [] if fault is None else [f"Videos are GIFs: {fault}."]
 
 
 def _other_reaches(methods: list[Method], radius: float) -> list[str]:

@@ -31,7 +31,7 @@ class AnimateConfig(StudySettings):
         frames: number of frames; None for the animation's own.
         path: JSON file that moves a scene, see :func:`gtao.workflows.animation.sources.read_path`.
         orbit: degrees that the camera of a scene goes around what it looks at, over the whole animation.
-        up: axis of the scene about which it does, "x", "y" or "z"; None for z in embedded scenes and y in files.
+        up: axis of the scene about which ``orbit`` goes, "x", "y" or "z"; None for z in embedded scenes and y in files.
         radius: reach of occluders in scene units; None for the animation's own.
         resolution: longer side of the images in pixels.
         spp: rays per pixel of the truth of each frame.
@@ -78,6 +78,8 @@ class AnimateConfig(StudySettings):
             raise ConfigError(f"orbit must be an angle of at most 3600 degrees, got {self.orbit}")
         if self.up not in (None, *UPS):
             raise ConfigError(f"up must be one of {', '.join(UPS)}, got {self.up!r}")
+        if self.up is not None and self.orbit is None:
+            raise ConfigError(f"up is the axis of an orbit: give --orbit too, or leave --up {self.up} out")
         if self.resolution < 16:
             raise ConfigError(f"resolution must be at least 16 pixels, got {self.resolution}")
         if self.spp < 2 * N_BATCHES or self.spp % N_BATCHES:

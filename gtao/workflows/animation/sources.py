@@ -41,9 +41,8 @@ class Source:
 
     @property
     def cut(self) -> int | None:
-        """First frame after a cut, None where there is none among the frames."""
-        cut = self.animation.cut
-        return cut if cut is not None and cut < self.n_frames else None
+        """First frame after a cut, None where there is none."""
+        return self.animation.cut
 
 
 def source_of(config: AnimateConfig) -> Source:
@@ -67,17 +66,19 @@ def _embedded(config: AnimateConfig) -> Source:
     if config.path is not None or config.orbit is not None:
         raise ConfigError(f"animation {name!r} moves by itself; leave path and orbit out, or name a scene")
     height = round(config.resolution / _ASPECT)
-    animation = render.animations.build(name, width=config.resolution, height=height)
-    n_frames = config.frames or animation.n_frames
-    if n_frames > animation.n_frames:
-        animation = replace(animation, n_frames=n_frames)
-    return Source(animation, n_frames, {"path": f"embedded:{name}"})
+    info = render.animations.get(name)
+    n_frames = config.frames or info.n_frames
+    # A cut lies at half of the frames, however many they are.
+    options = {} if info.cut is None else {"n_frames": n_frames}
+    animation = render.animations.build(name, width=config.resolution, height=height, **options)
+    return Source(replace(animation, n_frames=n_frames), n_frames, {"path": f"embedded:{name}"})
 
 
 def _of_scene(config: AnimateConfig) -> Source:
     name = config.animation
     embedded = name in render.scenes.names()
-    moves = read_path(Path(config.path)) if config.path is not None else {}
+    moves = {} if config.path is None else read_path(Path(config.path))
+    n_frames = config.frames or N_FRAMES if config.path is None else _n_frames(moves, config)
     scene, _ = open_scene(name, config.resolution)
     g = render.gbuffer(scene, albedo=False)
     if not g.mask.numpy().any():
@@ -86,14 +87,43 @@ def _of_scene(config: AnimateConfig) -> Source:
         moves = {"camera": _orbit(scene, g, config, "z" if embedded else "y")}
     radius = config.radius or (render.scenes.get(name).radius if embedded else default_radius(g))
     told = {"name": name if embedded else Path(name).stem, "description": _description(config)}
-    listed = config.path is not None and config.frames is None
     # Loaded anew: shapes that were merged could not be moved.
     scene = render.load_scene(name, resolution=config.resolution, merge=False)
-    n_frames = None if listed else config.frames or N_FRAMES
-    animation = render.Animation.from_scene(scene, radius=radius, n_frames=n_frames, **moves, **told)
+    if "movers" in moves:
+        moves["movers"] = _by_number(moves["movers"], {shape.id() for shape in scene.shapes()})
+    try:
+        animation = render.Animation.from_scene(scene, radius=radius, n_frames=n_frames, **moves, **told)
+    except GtaoError as cause:
+        if config.path is None:
+            raise
+        raise ConfigError(f"path {config.path}: {cause}") from None
     origin = {"path": f"embedded:{name}"} if embedded else io.file_entry(name)
     origin |= {"moved_by": io.file_entry(config.path)} if config.path is not None else {}
-    return Source(animation, animation.n_frames, origin)
+    return Source(animation, n_frames, origin)
+
+
+def _n_frames(moves: Mapping[str, Any], config: AnimateConfig) -> int:
+    """How many frames were asked for, or else what all lists of a path agree on."""
+    ways = {"camera": moves.get("camera")} | {f"mover {name!r}": way for name, way in moves.get("movers", {}).items()}
+    lengths = {name: len(way) for name, way in ways.items() if way is not None}
+    if config.frames is not None:
+        return config.frames
+    if not lengths:
+        raise ConfigError(f"path {config.path} has no list of matrices to tell the number of frames; give --frames")
+    if len(set(lengths.values())) > 1:
+        told = ", ".join(f"{name} has {n}" for name, n in lengths.items())
+        raise ConfigError(
+            f"path {config.path} has lists of different lengths: {told}; make them equal, or give --frames"
+        )
+    return next(iter(lengths.values()))
+
+
+def _by_number(movers: Mapping[str, Any], ids: set[str]) -> dict[str | int, Any]:
+    """Movers by ids of shapes, or by their numbers: keys of JSON are text, so that "0" may be either."""
+    return {
+        int(key) if key not in ids and key.isdecimal() and str(int(key)) == key else key: way
+        for key, way in movers.items()
+    }
 
 
 def _description(config: AnimateConfig) -> str:
@@ -106,23 +136,25 @@ def read_path(path: Path) -> dict[str, Any]:
     """How a file moves a scene, as arguments of :meth:`gtao.render.Animation.from_scene`.
 
     The file is a JSON object: ``"camera"`` holds a 4x4 matrix from view frame to world for every frame, ``"movers"``
-    an object of such lists by the ids of shapes, each of which is applied to the shape at rest, ``"cut"`` the first
-    frame after a cut. All are optional.
+    an object of such lists by the ids of shapes, or by their numbers where no shape has that id, each of which is
+    applied to the shape at rest, ``"cut"`` the first frame after a cut. All are optional.
 
     Raises:
         ConfigError: the file cannot be read, or holds something else.
     """
     try:
-        content = read_json(path, "path")
+        content = read_json(path, "path", advice="mend the file")
     except GtaoError as cause:
         raise ConfigError(str(cause)) from None
     if not isinstance(content, dict) or not content or content.keys() - {"camera", "movers", "cut"}:
         raise ConfigError(f"path {path} must hold an object with camera, movers or cut, see `gtao animate --help`")
     movers = content.get("movers", {})
-    if not isinstance(movers, Mapping) or not isinstance(content.get("camera", []), list):
+    if not isinstance(movers, Mapping) or not isinstance(content.get("camera", [None]), list):
         raise ConfigError(f"path {path}: camera must be a list of matrices, movers an object of such lists")
     if not all(isinstance(way, list) for way in movers.values()):
         raise ConfigError(f"path {path}: every mover must be a list of matrices, one per frame")
+    if not all([content.get("camera", [None]), *movers.values()]):
+        raise ConfigError(f"path {path} has an empty list; give a matrix for every frame, or leave it out")
     cut = content.get("cut")
     if cut is not None and (isinstance(cut, bool) or not isinstance(cut, int)):
         raise ConfigError(f"path {path}: cut must be the number of a frame, got {cut!r}")

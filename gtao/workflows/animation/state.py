@@ -8,7 +8,7 @@ import contextlib
 import hashlib
 import shutil
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -77,15 +77,22 @@ class Unfinished:
             return [*map(str, read_json(self.folder / STATE, "state")["curves"].keys())]
         return []
 
-    def load(self, methods: list[str]) -> Progress:
-        """Where the run stopped; its beginning if there is no state of these settings, or none that can be read."""
+    def load(self, methods: list[str], whole: Callable[[int], bool]) -> Progress:
+        """Where the run stopped; its beginning if there is no state of these settings, or none that can be read.
+
+        Args:
+            methods: names of the files of the methods.
+            whole: whether the pictures of so many frames are there. Without them a state is good for nothing.
+        """
         with contextlib.suppress(GtaoError, OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile):
             state = read_json(self.folder / STATE, "state")
             if state["settings"] == self._settings:
                 folder = self.folder / state["folder"]
                 curves = state["curves"]
                 memories = {name: _read(folder, name, curves[name]) for name in methods}
-                return Progress([*map(str, state["views"])], memories)
+                views = [*map(str, state["views"])]
+                if whole(len(views)):
+                    return Progress(views, memories)
         return Progress([], {name: Memory() for name in methods})
 
     def save(self, progress: Progress) -> None:
