@@ -23,6 +23,7 @@ class Contents:
         count: effective number of frames in each pixel, 0 where there is nothing to go on from.
         deviation: mean deviation of the visibility of a pixel's frames from its history, or None.
         view_z: depth of the last frame.
+        normal: x, y and z of its normals, or None where the filter looks at none.
         motion: x and y of its motion in pixels, or None where nothing moved.
         camera: its camera, in plain numbers.
         view_to_world: its pose, or None.
@@ -32,6 +33,7 @@ class Contents:
     count: Any
     deviation: Any
     view_z: Any
+    normal: tuple[Any, Any, Any] | None
     motion: tuple[Any, Any] | None
     camera: Any
     view_to_world: tuple[tuple[float, ...], ...] | None

@@ -106,7 +106,7 @@ def test_the_pipeline_for_sequences_is_that_of_its_record():
         assert spelt(chosen[option]) == next(value for value in preferred if found[value] <= enough)
     pipeline = gtao.Pipeline.recommended(2.0, temporal=True)
     history = pipeline.temporal
-    assert (history.disocclusion, history.covering) == (chosen["tolerance"],) * 2
+    assert (history.disocclusion, history.covering, history.crease) == (*(chosen["tolerance"],) * 2, chosen["crease"])
     assert history.clamp
     assert [history.clamp_window, history.deviation_window] == chosen["window"]
     assert history.frames == chosen["frames"]

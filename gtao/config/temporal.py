@@ -38,6 +38,10 @@ class TemporalFilter:
         disocclusion: how much nearer than the surface a texel of the history may lie, as a share of depth, until it
             counts nothing: the surface was hidden. Linear ramp.
         covering: how much farther; ``inf`` as in the slides never rejects what a nearer surface now hides.
+        crease: angle between the normals of a pixel and of a texel of the history, from 0.01 to π, at which that counts
+            nothing: it lies beyond a crease, where depths tell nothing. The weight is linear in the cosine. None, as in
+            the slides, looks at no normals. They turn with the camera where both frames have poses; those of objects
+            that turn by themselves are compared as they are.
         derivatives: "first" expects depth to change between texels as it does in this frame, which keeps the history
             of slopes; "none", as in the slides, takes slopes for disocclusions.
         clamp: keep the history within the range of the frame around the pixel, of means of 2×2 pixels.
@@ -54,6 +58,7 @@ class TemporalFilter:
     moving_speed_px: Any = 16.0
     disocclusion: Any = 0.1
     covering: Any = math.inf
+    crease: Any = None
     derivatives: Derivatives = "first"
     clamp: bool = True
     clamp_window: Any = 0.5
@@ -72,6 +77,8 @@ class TemporalFilter:
         check_positive("moving_speed_px", self.moving_speed_px, infinite=True)
         check_positive("disocclusion", self.disocclusion)
         check_positive("covering", self.covering, infinite=True)
+        if self.crease is not None and not 0.01 <= check_number("crease", self.crease) <= math.pi:
+            raise ConfigError(f"crease must be None or an angle from 0.01 to pi, got {self.crease!r}")
         check_choice("derivatives", self.derivatives, Derivatives)
         check_flag("clamp", self.clamp)
         for name in ("clamp_window", "deviation_window"):
@@ -93,10 +100,10 @@ class TemporalFilter:
         """What errs less in motion than the slides' filter, and mostly flickers less, though not on every image.
 
         Numbers are on the page "From one direction per pixel to a still image" (docs/temporal). Depths are compared in
-        both directions, and the clamp's window is as wide as the noise, not as the range. The search that chose the
-        numbers is ``fits/temporal/2026-11`` in the repository.
+        both directions, normals too, and the clamp's window is as wide as the noise, not as the range. The search that
+        chose the numbers is ``fits/temporal/2026-11`` in the repository.
         """
-        return cls(disocclusion=0.01, covering=0.01, clamp_window=0.0, deviation_window=1.0)
+        return cls(disocclusion=0.05, covering=0.05, crease=1.0, clamp_window=0.0, deviation_window=1.0)
 
     def step(self, ao: "AmbientOcclusion", g: "GBuffer", history: "History | None" = None) -> "AmbientOcclusion":
         """The estimate ``ao`` of frame ``g``, accumulated with those that ``history`` has taken, which takes this one.

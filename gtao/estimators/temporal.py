@@ -45,13 +45,15 @@ def accumulate(ao: AmbientOcclusion, g: GBuffer, temporal: TemporalFilter, histo
             kept[name] = (dr.select(count > 0, kept[name][0], 0),)
     moved = None if motion is None else tuple(map(dr.detach, motion[:2]))
     deviation = None if result.deviation is None else dr.detach(result.deviation)
-    dr.eval(result.channels, count, deviation, kept, moved)
+    normal = None if temporal.crease is None else tuple(map(dr.detach, g.normal_arrays()))
+    dr.eval(result.channels, count, deviation, kept, normal, moved)
     history.take(
         Contents(
             channels=kept,
             count=count,
             deviation=deviation,
             view_z=dr.detach(g.view_z.array),
+            normal=normal,
             motion=moved,
             camera=camera_from_dict(g.camera.to_dict()),
             view_to_world=g.view_to_world,

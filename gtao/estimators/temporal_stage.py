@@ -36,6 +36,7 @@ class _Past:
     view_z: Image
     count: Image
     deviation: Image | None
+    normal: tuple[Image, ...] | None
     motion: tuple[Image, ...] | None
 
     @classmethod
@@ -45,9 +46,11 @@ class _Past:
             return Image(flat, flat)
 
         channels = {name: tuple(map(image, arrays)) for name, arrays in contents.channels.items()}
-        motion = None if contents.motion is None else tuple(map(image, contents.motion))
+        normal, motion = (
+            None if arrays is None else tuple(map(image, arrays)) for arrays in (contents.normal, contents.motion)
+        )
         deviation = None if contents.deviation is None else image(contents.deviation)
-        return cls(channels, image(contents.view_z), image(contents.count), deviation, motion)
+        return cls(channels, image(contents.view_z), image(contents.count), deviation, normal, motion)
 
 
 @dataclass(frozen=True)
@@ -62,11 +65,12 @@ class _Numbers:
     window: Any
     deviations: Any
     velocity_scale: Any
+    crease: Any
     turn: tuple[tuple[Any, ...], ...] | None
 
     @classmethod
     def of(cls, values: tuple[Any, ...]) -> "_Numbers":
-        numbers, turn = values[:8], values[8:]
+        numbers, turn = values[:9], values[9:]
         return cls(*numbers, turn=tuple(turn[i : i + 3] for i in (0, 3, 6)) if turn else None)
 
 
@@ -86,13 +90,17 @@ def accumulated(
     T, (height, width) = g.types, g.shape
     past, grid = _Past.of(before, T), Grid.of(width, height, T)
     sizes = [len(arrays) for arrays in channels.values()]
+    # A history without normals has not looked at any: it was taken by another filter.
+    looks = f.crease is not None and past.normal is not None
+    normals = tuple(g.normal_arrays()) if looks else ()
 
     def stage(images, values):
         numbers, images = _Numbers.of(values), list(images)
         current = {name: tuple(images.pop(0) for _ in range(n)) for name, n in zip(channels, sizes, strict=True)}
+        normal = [images.pop(0).own for _ in normals]
         view_z, *moved = images
         moved = [m.own for m in moved] or None
-        mixed = _mixed(current, past, view_z, moved, numbers, f, g.camera.is_orthographic, grid)
+        mixed = _mixed(current, past, normal, view_z, moved, numbers, f, g.camera.is_orthographic, grid)
         flat = tuple(c for arrays in mixed.channels.values() for c in arrays)
         return *flat, mixed.count, *(() if mixed.deviation is None else (mixed.deviation,))
 
@@ -100,8 +108,9 @@ def accumulated(
     # Neighbours are read.
     dr.eval(flat)
     numbers = (f.frames, f.moving_frames, f.moving_speed_px, f.disocclusion, f.covering)
-    numbers += (f.clamp_window, f.deviation_window, f.velocity_scale_px, *_turn(before, g, channels))
-    flat = list(staged(stage, (*flat, g.view_z.array, *(motion or ())), numbers))
+    numbers += (f.clamp_window, f.deviation_window, f.velocity_scale_px, f.crease if looks else 0.0)
+    numbers += _turn(before, g, channels, looks)
+    flat = list(staged(stage, (*flat, *normals, g.view_z.array, *(motion or ())), numbers))
     result = {name: tuple(flat.pop(0) for _ in range(n)) for name, n in zip(channels, sizes, strict=True)}
     surface = g.mask.array
     for name, arrays in result.items():
@@ -111,10 +120,10 @@ def accumulated(
     return Accumulated(result, _counted(count, result, g), *deviation)
 
 
-def _turn(before: Contents, g: GBuffer, channels: Channels) -> tuple[float, ...]:
+def _turn(before: Contents, g: GBuffer, channels: Channels, looks: bool) -> tuple[float, ...]:
     """Nine numbers of the rotation from the previous view frame to this one; none where no direction turns."""
     poses = before.view_to_world, g.view_to_world
-    if None in poses or poses[0] == poses[1] or all(CHANNELS[name] == 1 for name in channels):
+    if None in poses or poses[0] == poses[1] or not (looks or any(CHANNELS[name] > 1 for name in channels)):
         return ()
     rows = previous_from_view(*poses)
     return tuple(rows[j][i] for i in range(3) for j in range(3))
@@ -128,14 +137,18 @@ def _counted(count: Any, channels: Channels, g: GBuffer) -> Any:
     return dr.select(good, count, 0)
 
 
-def _mixed(current, past, view_z, moved, numbers, f, orthographic, grid):
+def _mixed(current, past, normal, view_z, moved, numbers, f, orthographic, grid):
     """:class:`Accumulated` of surfaces."""
     zero = grid.types.Float(0)
     change, moved = (zero, None) if moved is None else (moved[2], moved[:2])
     surface = kernels.predicted(view_z, change, f.derivatives == "first", orthographic, grid)
-    taps = kernels.history_taps(
-        moved, surface, past.view_z, past.count, 1 / numbers.disocclusion, 1 / numbers.covering, grid
-    )
+    crease = None
+    if normal:
+        # 1 - cos without cancellation.
+        slope = 0.5 / dr.square(dr.sin(0.5 * numbers.crease))
+        crease = kernels.Crease(normal, past.normal, numbers.turn, slope)
+    depths = 1 / numbers.disocclusion, 1 / numbers.covering
+    taps = kernels.history_taps(moved, surface, past.view_z, past.count, *depths, grid, crease)
     share, variance = kernels.steadiness(taps, past.count, grid)
     speed = zero if moved is None else kernels.speed(moved)
     weight = kernels.blend(variance, speed, 1 / numbers.frames, 1 / numbers.moving_frames, numbers.moving_speed)

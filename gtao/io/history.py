@@ -44,8 +44,7 @@ def write_history(path: str | os.PathLike, history: History) -> None:
         planes = {**kept.channels, "count": (kept.count,), "view_z": (kept.view_z,)}
         if kept.deviation is not None:
             planes["deviation"] = (kept.deviation,)
-        if kept.motion is not None:
-            planes["motion"] = kept.motion
+        planes |= {name: value for name in ("normal", "motion") if (value := getattr(kept, name)) is not None}
         arrays = {name: np.stack([np.array(plane) for plane in value]) for name, value in planes.items()}
     header = canonical_json(values)
     texts = {"header": np.array(header), "sha256": np.array(_digest(arrays, header))}
@@ -101,6 +100,7 @@ def _contents(arrays: Mapping[str, np.ndarray], values: Mapping[str, Any]) -> Co
         count=planes("count", 1)[0],
         deviation=planes("deviation", 1)[0] if "deviation" in arrays else None,
         view_z=planes("view_z", 1)[0],
+        normal=planes("normal", 3) if "normal" in arrays else None,
         motion=planes("motion", 2) if "motion" in arrays else None,
         camera=camera,
         view_to_world=None if pose is None else pose_of("view_to_world", pose),

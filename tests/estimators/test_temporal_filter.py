@@ -74,6 +74,7 @@ OPTIONS = {
     "window of deviations": {"clamp_window": 0.1, "deviation_window": 0.4},
     "no slopes": {"derivatives": "none"},
     "covering": {"covering": 0.05, "disocclusion": 0.2},
+    "creases": {"crease": 0.6, "clamp": False},
     "short": {"frames": 3.0, "moving_frames": 2.0, "moving_speed_px": 2.0, "clamp": False},
 }
 MOTIONS = {
@@ -97,7 +98,7 @@ def test_three_frames_against_the_definition(options, motion, orthographic):
         images = images_of(z, seed=10 + k)
         g = frame(z, moved, camera=PARALLEL if orthographic else CAMERA)
         result = temporal.step(estimate(g, images), g, history)
-        state = oracle.step(images, z, moved, state, o)
+        state = oracle.step(images, z, moved, state, o, g.normal_v.numpy())
         for name, want in state.images.items():
             np.testing.assert_allclose(getattr(result, name).numpy(), want, atol=EXACT, err_msg=f"{name} of {k}")
         np.testing.assert_allclose(history.count.numpy(), state.count, rtol=1e-10)
@@ -126,6 +127,8 @@ def test_options_are_those_of_the_definition():
         ({"clamp_window": -0.1}, "clamp_window must be finite and not negative"),
         ({"deviation_window": np.nan}, "deviation_window must be finite and not negative"),
         ({"clamp": 1}, "clamp must be True or False"),
+        ({"crease": 0.0}, "crease must be None or an angle from 0.01 to pi"),
+        ({"crease": 4.0}, "crease must be None or an angle from 0.01 to pi"),
         ({"velocity_weighting": None}, "velocity_weighting must be True or False"),
         ({"derivatives": "second"}, "derivatives must be one of 'none', 'first'"),
     ],
@@ -143,7 +146,7 @@ def test_configurations_come_back_from_plain_values():
     assert [d.label for d in differing] == ["derivatives = none"]
     # The numbers are those of a search; what it is about is stricter depth, in both directions, and another window.
     differing = {d.option: d.value for d in gtao.config.deviations(gtao.TemporalFilter.recommended())}
-    assert differing.keys() == {"disocclusion", "covering", "clamp_window", "deviation_window"}
+    assert differing.keys() == {"disocclusion", "covering", "crease", "clamp_window", "deviation_window"}
     assert differing["disocclusion"] < gtao.TemporalFilter().disocclusion
     assert differing["covering"] < np.inf
     assert differing["deviation_window"] > 0
@@ -226,6 +229,48 @@ def test_directions_turn_with_the_camera(kind):
     assert history.count.numpy().max() > 5
     np.testing.assert_allclose(result.mean_direction.numpy(), images["mean_direction"], atol=EXACT)
     np.testing.assert_allclose(result.visibility_sh.numpy(), images["visibility_sh"], atol=EXACT)
+
+
+def test_normals_turn_with_the_camera():
+    """A wall that is seen from camera to camera keeps its history however far they turn in all; without poses not."""
+    counts = []
+    for posed in (True, False):
+        temporal, history, before = gtao.TemporalFilter(clamp=False, crease=0.05), gtao.History(), None
+        for k in range(6):
+            view_to_world = pose((0.0, 0.04 * k, 0.0))
+            z, points = world_frame(CAMERA, view_to_world, (0, 0, 1, -3.0))
+            normal = np.broadcast_to(np.array([0.0, 0.0, 1.0]) @ view_to_world[:3, :3], points.shape)
+            g = gtao.GBuffer(z, normal, CAMERA, view_to_world=view_to_world)
+            if not posed:
+                moved = gtao.camera_motion(g, CAMERA, before) if k else STILL
+                g = gtao.GBuffer(z, normal, CAMERA, motion=moved)
+            temporal.step(estimate(g, {"visibility": np.full(z.shape, 0.5)}), g, history)
+            before = view_to_world
+        counts.append(history.count.numpy()[HEIGHT // 2, WIDTH // 2])
+    assert counts[0] > 5.9
+    # 0.04 of 0.05 rad are trusted by 1 - (0.04 / 0.05)², a third, from each frame to the next.
+    assert counts[1] < 2
+
+
+def test_nothing_crosses_a_crease():
+    """Floor and wall of equal depth at the crease, seen by a camera that moves along: depth alone cannot tell them."""
+    x = np.arange(WIDTH) + 0.5
+    z = np.broadcast_to(3 + 0.05 * np.abs(x - 8), (HEIGHT, WIDTH))
+    image = np.broadcast_to(np.where(x < 8, 0.2, 0.8), z.shape)
+    slope = np.where(x < 8, 0.5, -0.5)
+    normal = np.stack([slope, np.zeros(WIDTH), np.ones(WIDTH)], axis=-1) / np.sqrt(1.25)
+    normal = np.broadcast_to(normal, (HEIGHT, WIDTH, 3))
+    worst = {}
+    for crease in (None, 0.3):
+        temporal, history = gtao.TemporalFilter(clamp=False, crease=crease), gtao.History()
+        for k in range(8):
+            # Half a pixel to and fro: the history is interpolated between both sides of the crease.
+            motion = everywhere(0.5 * (-1) ** k, 0.0) if k else STILL
+            g = gtao.GBuffer(z, normal, CAMERA, motion=motion)
+            result = temporal.step(estimate(g, {"visibility": image}), g, history).visibility.numpy()
+        worst[crease] = np.abs(result - image)[:, 4:12].max()
+    assert worst[None] > 0.1
+    assert worst[0.3] < 1e-12
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])

@@ -45,6 +45,7 @@ NUMBERS = {
     "clamp_window": 0.2,
     "velocity_scale_px": 4.0,
     "deviation_window": 0.3,
+    "crease": 0.7,
 }
 #: How the filter is made, and which of its numbers matter then.
 FILTERS = {
@@ -54,6 +55,7 @@ FILTERS = {
     ),
     "not clamped": ({"clamp": False}, ("frames", "moving_frames", "moving_speed_px", "disocclusion", "covering")),
     "no slopes": ({"clamp": False, "derivatives": "none"}, ("disocclusion", "covering")),
+    "creases": ({"clamp": False}, ("disocclusion", "crease")),
 }
 CASES = [
     (name, k, channel)
@@ -68,7 +70,7 @@ CASES = [
 def first_frames():
     history = gtao.History()
     for seed in (2, 0):
-        apply(values_of(seed), history, gtao.TemporalFilter(deviation_window=0.3))
+        apply(values_of(seed), history, gtao.TemporalFilter(deviation_window=0.3, crease=0.7))
     return history
 
 
@@ -84,10 +86,11 @@ HISTORY = first_frames()
 
 def stepped(name, channel="visibility"):
     """The third frame as a function of everything that it depends on."""
-    options, _ = FILTERS[name]
+    options, numbers = FILTERS[name]
 
     def f(values):
-        temporal = gtao.TemporalFilter(**options, **{k: values[k] for k in NUMBERS})
+        given = {k: values[k] for k in NUMBERS if k != "crease" or k in numbers}
+        temporal = gtao.TemporalFilter(**options, **given)
         return getattr(apply(values, copy.copy(HISTORY), temporal), channel)
 
     return f

@@ -71,6 +71,8 @@ def test_frames_after_reading_are_those_of_a_run_without_a_break(options, tmp_pa
             assert np.array_equal(want[name], got[name]), (name, k)
     assert broken.frame_index == whole.frame_index == 8
     assert (broken.camera, broken.view_to_world) == (whole.camera, whole.view_to_world)
+    if "recommended" in options:
+        assert all(map(np.array_equal, whole.contents.normal, broken.contents.normal))
     for name in ("visibility", "count", "view_z", "motion", "mean_direction", "visibility_sh", "unshaped", "deviation"):
         a, b = getattr(whole, name), getattr(broken, name)
         assert (a is None) == (b is None), name

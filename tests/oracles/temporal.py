@@ -17,6 +17,7 @@ class State:
     view_z: np.ndarray
     motion: np.ndarray
     deviation: np.ndarray = None
+    normal: np.ndarray = None
 
 
 @dataclass
@@ -26,6 +27,7 @@ class Options:
     moving_speed_px: float = 16.0
     disocclusion: float = 0.1
     covering: float = np.inf
+    crease: float = None
     derivatives: str = "first"
     clamp: bool = True
     clamp_window: float = 0.5
@@ -101,13 +103,19 @@ def turned(image, turn):
     return image @ np.linalg.lstsq(basis(directions), basis(directions @ turn), rcond=None)[0].T
 
 
-def step(images, z, motion, past: State | None, o: Options) -> State:
+def crease_weight(normal, found, crease):
+    """Trust in a texel with another normal, by the cosine of the angle between them."""
+    return saturate(1 - (1 - normal @ found) / (1 - np.cos(crease)))
+
+
+def step(images, z, motion, past: State | None, o: Options, normal=None) -> State:
     """The next state, whose images are the result; background 1 in images of one channel, 0 in others."""
     surface = np.isfinite(z)
     if past is None:
-        return State(images, surface.astype(float), z, motion, np.zeros(z.shape))
+        return State(images, surface.astype(float), z, motion, np.zeros(z.shape), normal)
     height, width = z.shape
     old = {name: turned(image, o.turn) for name, image in past.images.items()}
+    faced = None if o.crease is None else turned(past.normal, o.turn)
     result = {name: np.full(image.shape, 1.0 if image.ndim == 2 else 0.0) for name, image in images.items()}
     count, deviation = np.zeros((height, width)), np.zeros((height, width))
     for y, x in np.argwhere(surface):
@@ -122,9 +130,11 @@ def step(images, z, motion, past: State | None, o: Options) -> State:
                 there = 0 <= j < height and 0 <= i < width and past.count[j, i] > 0
                 places.append((j, i) if there else (0, 0))
                 expected, scale = expected_depth(z, y, x, change, dy, dx, o)
-                weights.append(
-                    depth_weight(expected, past.view_z[j, i], o.disocclusion, o.covering, scale) if there else 0.0
-                )
+                trust = 0.0
+                if there:
+                    trust = depth_weight(expected, past.view_z[j, i], o.disocclusion, o.covering, scale)
+                    trust *= 1.0 if o.crease is None else crease_weight(normal[y, x], faced[j, i], o.crease)
+                weights.append(trust)
         share = np.dot(bilinear, weights)
         counts = np.array([past.count[p] if w > 0 else 1.0 for p, w in zip(places, weights, strict=True)])
         variance = np.dot(np.multiply(bilinear, weights), 1 / counts) / share if share > 0 else 1.0
@@ -157,4 +167,4 @@ def step(images, z, motion, past: State | None, o: Options) -> State:
                 result[name][y, x] = (1 - alpha) * (d + moved * (c - d)) + alpha * c
         a = 1 - share * (1 - alpha)
         count[y, x] = 1 / (a**2 + (1 - a) ** 2 * variance)
-    return State(result, count, z, motion, deviation)
+    return State(result, count, z, motion, deviation, normal)

@@ -3,9 +3,10 @@
     python fits/temporal/2026-11/run.py -o DIR
 
 One slice of the recommended bitmask per frame, its filter, and a temporal filter whose options are searched one after
-the other: by how much depths may differ, the neighbourhood clamp, the convergence time, the noise. The score is the
-mean logarithm of the error against ray-traced truth, over animations and, where shadows move, their trails, from frame
-FIRST on. Values are listed by preference: taken is the first whose error is within a share of GAIN of the least.
+the other: by how much normals and depths may differ, the neighbourhood clamp, the convergence time, the noise. The
+score is the mean logarithm of the error against ray-traced truth, over animations and, where shadows move, their
+trails, from frame FIRST on. Values are listed by preference: taken is the first whose error is within a share of GAIN
+of the least.
 
 Beside the result stand the single frame of three slices, one slice without history, half resolution and the published
 pipeline. Records are not edited: run into another directory to repeat it.
@@ -31,9 +32,10 @@ ANIMATIONS = (AT_REST, "orbit", "passing_object", "thin_bars", "fast_rotation", 
 
 #: Less is not worth a narrower tolerance, a weaker clamp, another convergence time or other noise than the slides'.
 GAIN = 0.005
-START = {"tolerance": 0.01, "window": (0.5, 0.0), "frames": 24, "noise": "spatial_4x4"}
+START = {"crease": None, "tolerance": 0.05, "window": (0.5, 0.0), "frames": 24, "noise": "spatial_4x4"}
 #: Options in the order in which they are searched; windows are those of ranges and of deviations, None is no clamp.
 SEARCH = {
+    "crease": (None, 1.0, 0.5, 0.25, 0.1),
     "tolerance": (0.05, 0.02, 0.01, 0.005, 0.0025),
     "window": (
         (0.0, 0.0),
@@ -63,10 +65,11 @@ SEARCH = {
 }
 
 
-def temporal(tolerance, window, frames):
+def temporal(crease, tolerance, window, frames):
     clamp = {"clamp": False} if window is None else dict(zip(("clamp_window", "deviation_window"), window, strict=True))
     moving = min(frames, gtao.TemporalFilter().moving_frames)
-    return gtao.TemporalFilter(disocclusion=tolerance, covering=tolerance, frames=frames, moving_frames=moving, **clamp)
+    depth = {"disocclusion": tolerance, "covering": tolerance}
+    return gtao.TemporalFilter(crease=crease, frames=frames, moving_frames=moving, **depth, **clamp)
 
 
 def pipeline(radius, noise, n_slices=1, **options):

@@ -6,12 +6,13 @@ say, :func:`low_passed_bounds` and :func:`clamped` how far they may be from the 
 
 from .blend import blend, deviation, effective_count
 from .clamp import clamped, low_passed_bounds, moved_share
-from .reprojection import HistoryTap, Prediction, depth_weight, history_taps, predicted
+from .reprojection import Crease, HistoryTap, Prediction, depth_weight, history_taps, predicted
 from .taps import mix, steadiness
 from .turning import turned_harmonics, turned_vector
 from .velocity import motion_difference, speed, velocity_weight
 
 __all__ = [
+    "Crease",
     "HistoryTap",
     "Prediction",
     "blend",

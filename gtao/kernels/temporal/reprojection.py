@@ -5,7 +5,10 @@ from typing import Any
 
 import drjit as dr
 
-__all__ = ["HistoryTap", "Prediction", "depth_weight", "history_taps", "predicted"]
+from .ramps import saturate
+from .turning import turned_vector
+
+__all__ = ["Crease", "HistoryTap", "Prediction", "depth_weight", "history_taps", "predicted"]
 
 
 @dataclass(frozen=True)
@@ -75,7 +78,26 @@ def depth_weight(excess, nearer, farther):
     return dr.select(weight > 0, weight, 0)
 
 
-def history_taps(motion, surface, previous_z, count, nearer, farther, grid):
+@dataclass(frozen=True)
+class Crease:
+    """Normals of both frames in one view frame, and the weight's slope by the cosine of the angle between them."""
+
+    normal: Any  # x, y and z, flat
+    previous: Any  # three Image
+    rows: Any  # of the rotation from the previous view frame to this one, or None
+    slope: Any
+
+    def weight(self, index, grid):
+        """1 where normals agree, falling linearly with the cosine; theory, eq. (192)."""
+        found = tuple(grid.gather(n, index) for n in self.previous)
+        if self.rows is not None:
+            found = turned_vector(found, self.rows)
+        n = self.normal
+        cosine = dr.fma(n[0], found[0], dr.fma(n[1], found[1], n[2] * found[2]))
+        return saturate(1 - (1 - cosine) * self.slope)
+
+
+def history_taps(motion, surface, previous_z, count, nearer, farther, grid, crease=None):
     """Taps of the interpolation where the pixel was; one of them where nothing moves.
 
     Args:
@@ -84,6 +106,7 @@ def history_taps(motion, surface, previous_z, count, nearer, farther, grid):
         previous_z: :class:`Image` of the previous frame's depth, inf on the background.
         count: :class:`Image` of how many frames texels hold, 0 where none.
         nearer, farther: of :func:`depth_weight`.
+        crease: :class:`Crease`, or None to look at no normals.
     """
     Float, Int, UInt = grid.types.Float, grid.types.Int, grid.types.UInt
     width, height = grid.width, grid.height
@@ -93,6 +116,8 @@ def history_taps(motion, surface, previous_z, count, nearer, farther, grid):
         z = grid.gather(previous_z, index)
         inside = inside & dr.isfinite(z) & (grid.gather(count, index) > 0)
         weight = depth_weight(surface.excess(dx, dy, dr.select(inside, z, 1)), nearer, farther)
+        if crease is not None:
+            weight = weight * crease.weight(index, grid)
         return HistoryTap(index, bilinear, dr.select(inside, weight, 0))
 
     if motion is None:
