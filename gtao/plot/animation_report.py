@@ -81,7 +81,9 @@ def _note(text: str) -> str:
 def _table(comparison: AnimationComparison) -> str:
     known = [k for k in _COLUMNS if any(m.numbers.get(k) is not None for m in comparison.methods)]
     rows = [
-        [html.escape(m.name), *(_cell(m.numbers.get(k), _COLUMNS[k][1]) for k in known)] for m in comparison.methods
+        # Long names break between their options first.
+        [html.escape(m.name).replace(",", ",<wbr>"), *(_cell(m.numbers.get(k), _COLUMNS[k][1]) for k in known)]
+        for m in comparison.methods
     ]
     return html_table(["method", *(_COLUMNS[k][0] for k in known)], rows)
 

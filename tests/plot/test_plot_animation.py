@@ -124,7 +124,7 @@ def test_quantities_that_nobody_has_have_no_panel():
 
 
 class Parser(HTMLParser):
-    VOID = ("meta", "img", "br")
+    VOID = ("meta", "img", "br", "wbr")
 
     def __init__(self):
         super().__init__()
@@ -145,7 +145,7 @@ class Parser(HTMLParser):
 
 
 def test_the_report_plays_what_lies_beside_it():
-    methods = [method("a & b", video="a-b.mp4"), method("c", video="c.gif")]
+    methods = [method("a & b", video="a-b.mp4"), method("c,d=1", video="c.gif")]
     shown = comparison(
         methods=methods,
         notes=["Mind <this>: give --radius."],
@@ -161,6 +161,7 @@ def test_the_report_plays_what_lies_beside_it():
     assert parser.images[0].startswith("data:image/png;base64,iVBOR")
     for words in (
         "a &amp; b",
+        "<td>c,<wbr>d=1</td>",
         "someone &lt;walks&gt;",
         # Browsers break lines behind hyphens.
         "Mind &lt;this&gt;: give <code>--radius</code>.",
