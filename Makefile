@@ -3,13 +3,15 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 OUT ?= out
+# Processes of the tests. Those of one file share one, and with it what it has compiled.
+WORKERS ?= 2
 
 .PHONY: refit test lint docs bench frameworks validation clean help
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make refit   scenes -> ground truth -> fit -> report, into $(OUT)/refit   (ARGS=... adds options)"
-	@echo "make test    all gates and tests"
+	@echo "make test    all gates and tests, these in $(WORKERS) processes   (WORKERS=0: in one; ARGS=... adds options)"
 	@echo "make lint    ruff, pyright, import-linter"
 	@echo "make docs    HTML documentation into docs/_build"
 	@echo "make frameworks   PyTorch and JAX for the tests that need them"
@@ -19,7 +21,7 @@ refit: $(VENV)/.installed
 	$(BIN)/gtao refit -o $(OUT)/refit $(ARGS)
 
 test: lint
-	$(BIN)/python -m pytest $(ARGS)
+	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile $(ARGS)
 
 lint: $(VENV)/.installed-dev
 	$(BIN)/ruff check .

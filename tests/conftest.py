@@ -1,11 +1,14 @@
 """Shared fixtures. Importing gtao first settles the LLVM library before anything imports Dr.Jit or Mitsuba."""
 
+import os
 import sys
 from pathlib import Path
 
 import pytest
 
 import gtao
+
+import drjit as dr  # isort: skip  (after gtao, which chooses the LLVM library)
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -17,6 +20,9 @@ def _backend():
         gtao.backend.require()
     except gtao.BackendError as error:
         pytest.exit(str(error), returncode=1)
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        # Workers are as many as there are cores to use: threads for all cores in each would only wait for each other.
+        dr.set_thread_count(1)
 
 
 @pytest.fixture(autouse=True)
