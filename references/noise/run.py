@@ -36,6 +36,8 @@ FILTERS = {
 FEW = ("no filter", "spatial 4×4", "plane-aware")
 N_FRAMES = (1, 2, 3, 4, 6, 8, 12, 16, 24)
 N_SLICES = (1, 2, 4, 8)
+#: Frames that numbers of slices are measured over.
+FRAMES_OF_SLICES = (1, 6)
 SIGMAS = (1.2, 1.5, 1.9, 2.3)
 SIZE = 64
 #: Patterns that pictures show: those that differ in a single frame, and those that differ over frames.
@@ -46,7 +48,7 @@ OVER_TIME = (
 )
 SETTINGS = {"resolution": 112, "scenes": SCENES}
 QUICK = {"resolution": 32, "scenes": SCENES[:1]}
-QUICK_FRAMES, QUICK_SLICES = (1, 2, 6), (1, 2)
+QUICK_FRAMES, QUICK_SLICES = (1, 2), (1, 2)
 
 
 def pooled(parts):
@@ -169,6 +171,7 @@ def main():
         return
     settings = QUICK if options.quick else SETTINGS
     n_frames, n_slices = (QUICK_FRAMES, QUICK_SLICES) if options.quick else (N_FRAMES, N_SLICES)
+    of_slices = QUICK_FRAMES if options.quick else FRAMES_OF_SLICES
     config = settings | {"n_steps": N_STEPS, "filters": {k: f and f.to_dict() for k, f in FILTERS.items()}}
     # Before anything is written: outputs may be files of the repository.
     record = gtao.io.provenance(["python", "references/noise/run.py"], seed=0, config=config)
@@ -176,7 +179,7 @@ def main():
     patterns, first = measured(frames, {name: of_pattern(name) for name in PATTERNS}, FILTERS, n_frames)
     movements, _ = measured(frames, {k: lambda m, v=v: (m, v) for k, v in gtao.noise.MOVEMENTS.items()}, FEW, n_frames)
     by_slices = {
-        str(n): measured(frames, {p: of_pattern(p, n_slices=n) for p in PATTERNS if p != "none"}, FEW, (1, 6))[0]
+        str(n): measured(frames, {p: of_pattern(p, n_slices=n) for p in PATTERNS if p != "none"}, FEW, of_slices)[0]
         for n in n_slices
     }
     found = spectra()
