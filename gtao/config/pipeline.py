@@ -9,7 +9,9 @@ from ._checks import check_flag, check_instance
 from .codec import to_dict
 from .filters import EdgeAwareFilter, PlaneAwareFilter, SpatialFilter
 from .gtao import GTAO
+from .heightfield import HeightfieldHorizon, HeightfieldRayMarch
 from .resolution import BilateralUpsample, BilinearUpsample, Downsample, NearestDepthUpsample, PlaneAwareUpsample
+from .slices import SliceMethod
 from .temporal import TemporalFilter
 
 if TYPE_CHECKING:
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Pipeline"]
 
+_METHODS = (SliceMethod, HeightfieldRayMarch, HeightfieldHorizon)
 _SPATIAL = (SpatialFilter, EdgeAwareFilter, PlaneAwareFilter)
 _UPSAMPLE = (BilinearUpsample, NearestDepthUpsample, BilateralUpsample, PlaneAwareUpsample)
 
@@ -48,6 +51,8 @@ class Pipeline:
     clamp: bool = True
 
     def __post_init__(self) -> None:
+        if not isinstance(self.occlusion, _METHODS):
+            raise ConfigError(f"occlusion must be a method of gtao.ambient_occlusion, got {self.occlusion!r}")
         check_instance("downsample", self.downsample, Downsample)
         check_instance("spatial", self.spatial, _SPATIAL)
         check_instance("temporal", self.temporal, TemporalFilter)
@@ -105,7 +110,7 @@ class Pipeline:
             frame_index: position in the sequences of noise and filters; by default that of the history, 0 without.
 
         Raises:
-            ConfigError: ``frame_index`` is negative, or the first stage is no method.
+            ConfigError: ``frame_index`` is negative, or ``g`` or ``history`` is something else.
             ShapeError: the history is of frames of another size.
         """
         return self.stages(g, history, frame_index=frame_index).result

@@ -178,6 +178,11 @@ def test_the_published_pipeline():
     ("make", "error", "words"),
     [
         (lambda: gtao.Pipeline(upsample=gtao.BilateralUpsample()), gtao.ConfigError, "upsample without downsample"),
+        (
+            lambda: gtao.Pipeline(occlusion=3),
+            gtao.ConfigError,
+            r"occlusion must be a method of gtao\.ambient_occlusion, got 3",
+        ),
         (lambda: gtao.Pipeline(temporal=gtao.SpatialFilter()), gtao.ConfigError, "temporal must be None or one of"),
         (lambda: gtao.Pipeline(spatial="4x4"), gtao.ConfigError, "spatial must be None or one of"),
         (lambda: gtao.Pipeline(downsample=2), gtao.ConfigError, "downsample must be None or one of Downsample"),
