@@ -6,6 +6,12 @@ def table(head, rows):
     return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
 
 
+def ms(seconds):
+    """Milliseconds to three digits."""
+    value = 1e3 * seconds
+    return f"{value:.0f}" if value >= 100 else f"{value:.3g}"
+
+
 def folded(title, text):
     """Text behind a title that unfolds it."""
     return f"<details><summary>{title}</summary>\n\n{text}\n\n</details>"

@@ -1,16 +1,12 @@
 """What the package costs, from ``references/performance``."""
 
-from .markdown import table
+from . import pipeline
+from .markdown import ms, table
 
 PACKAGE, ESTIMATE, GRADIENT = "gtao", "estimate", "estimate and gradients"
 FUSED = f"{GRADIENT}, fused"
 CPP = ("C++, scalar loads", "C++, vector gathers")
 RIVALS = {"Numba": "Numba", "NumPy": "NumPy, 16 rows at a time"}
-
-
-def ms(seconds):
-    value = 1e3 * seconds
-    return f"{value:.0f}" if value >= 100 else f"{value:.3g}"
 
 
 def over(rows, name, others):
@@ -127,30 +123,6 @@ def pyramid(entries):
     return table(head, body)
 
 
-def pipeline(numbers):
-    """Every stage on one thread and on several, and full-size frames that err as little."""
-    stages = [
-        [name, ms(row["best_s"]), f"{row['ratio']['median']:.2f}", ms(numbers["walls"][name])]
-        for name, row in numbers["rows"].items()
-    ]
-    equal = []
-    for name, found in numbers["equal"].items():
-        enough, rows = found["n_slices"], found.get("rows")
-        time = f"{rows['full size']['ratio']['median']:.1f}" if rows else "–"
-        equal.append([name, str(enough or "–"), f"{found['errors'][str(enough)]:.4f}" if enough else "–", time])
-    head = ["", "ms", "over full size, one slice", f"wall on {numbers['threads']} threads, ms"]
-    return f"""\
-The published pipeline at {numbers["size"]}, stage by stage:
-
-{table(head, stages)}
-
-A still frame seen again and again: the pipeline settles {numbers["error"]:.4f} (root mean square) from what its
-estimator comes to at full size with many samples. One full-size frame errs no more from so many slices on, and costs
-so many times as much as all stages of the pipeline:
-
-{table(["one full-size frame", "slices", "error", "time over the pipeline's"], equal)}"""
-
-
 def small(numbers):
     body = []
     for entry in numbers["overhead"]["entries"]:
@@ -250,7 +222,7 @@ At {n["pyramid"]["entries"][0]["size"]}; the differences are those of visibility
 
 ### Pipeline
 
-{pipeline(n["pipeline"]) if "pipeline" in n else MISSING}
+{pipeline.section(n["pipeline"]) if "pipeline" in n else MISSING}
 
 ### Small frames
 

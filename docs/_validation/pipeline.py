@@ -1,0 +1,32 @@
+"""What the stages of the published pipeline cost, from ``references/performance``."""
+
+from .markdown import ms, table
+
+WHOLE = "all stages"
+
+
+def section(numbers):
+    """Every stage on one thread and on several, and full-size frames that err as little."""
+    stages = [
+        [name, ms(row["best_s"]), f"{row['ratio']['median']:.2f}", ms(numbers["walls"][name])]
+        for name, row in numbers["rows"].items()
+    ]
+    equal = []
+    for name, found in numbers["equal"].items():
+        enough, rows = found["n_slices"], found.get("rows")
+        time = f"{rows['full size']['ratio']['median']:.1f}" if rows else "–"
+        equal.append([name, str(enough or "–"), f"{found['errors'][str(enough)]:.4f}" if enough else "–", time])
+    head = ["", "ms", "over full size, one slice", f"wall on {numbers['threads']} threads, ms"]
+    return f"""\
+The published pipeline at {numbers["size"]}, stage by stage:
+
+{table(head, stages)}
+
+The kernels of all stages take {ms(numbers["kernels"][WHOLE])} ms on the backend `{numbers["backend"]}`; the slides give
+0.5 ms on a PlayStation 4.
+
+A still frame seen again and again: the pipeline settles {numbers["error"]:.4f} (root mean square) from what its
+estimator comes to at full size with many samples. One full-size frame errs no more from so many slices on, and costs
+so many times as much as all stages of the pipeline:
+
+{table(["one full-size frame", "slices", "error", "time over the pipeline's"], equal)}"""
