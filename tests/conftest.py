@@ -21,8 +21,8 @@ def _backend():
     except gtao.BackendError as error:
         pytest.exit(str(error), returncode=1)
     if "PYTEST_XDIST_WORKER" in os.environ:
-        # Workers are as many as there are cores to use: threads for all cores in each would only wait for each other.
-        dr.set_thread_count(1)
+        # Workers share the cores. Not one thread each: Mitsuba would wait forever for a second one to read an EXR file.
+        dr.set_thread_count(2)
 
 
 @pytest.fixture(autouse=True)
