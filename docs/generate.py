@@ -68,6 +68,7 @@ def pages():
     }
     paths |= {kind: newest(kind) for kind in ("aperture", "occlusion", "multibounce")}
     paths["sequences"] = newest("temporal")
+    paths["pipeline"] = paths["performance"].parent / "pipeline" / "record.json"
     records = {name: gtao.io.read_record(path) for name, path in paths.items()}
     validation = f"""{NOTICE}
 
@@ -141,7 +142,7 @@ those of the recommended pipeline from
         "spatial-filters.md": filtered,
         "resolution.md": smaller,
         "generated/aperture.md": f"{NOTICE}\n\n{aperture.section(records['aperture'])}",
-        "generated/performance.md": f"{NOTICE}\n\n{performance.section(records['performance'])}",
+        "generated/performance.md": f"{NOTICE}\n\n{performance.section(records['performance'], records['pipeline'])}",
         "generated/packing.md": f"{NOTICE}\n\n{packing.section(records['packing'])}",
         "generated/shading.md": f"{NOTICE}\n\n{shading.section(records['shading'])}",
         "generated/tables.md": f"{NOTICE}\n\n{tables.section(records['tables'])}",

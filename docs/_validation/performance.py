@@ -173,7 +173,8 @@ input and take every output once.
 {device(found)}"""
 
 
-def section(record):
+def section(record, stages):
+    """The page, from the record of the benchmarks and that of the stages of the pipeline."""
     n = record["numbers"]
     return f"""{origin(record)}
 
@@ -222,7 +223,7 @@ At {n["pyramid"]["entries"][0]["size"]}; the differences are those of visibility
 
 ### Pipeline
 
-{pipeline.section(n["pipeline"]) if "pipeline" in n else MISSING}
+{pipeline.section(stages)}
 
 ### Small frames
 

@@ -1,12 +1,13 @@
-"""What the stages of the published pipeline cost, from ``references/performance``."""
+"""What the stages of the published pipeline cost, from ``references/performance/pipeline``."""
 
 from .markdown import ms, table
 
 WHOLE = "all stages"
 
 
-def section(numbers):
+def section(record):
     """Every stage on one thread and on several, and full-size frames that err as little."""
+    numbers, device = record["numbers"]["pipeline"], record["device"]
     stages = [
         [name, ms(row["best_s"]), f"{row['ratio']['median']:.2f}", ms(numbers["walls"][name])]
         for name, row in numbers["rows"].items()
@@ -18,7 +19,8 @@ def section(numbers):
         equal.append([name, str(enough or "–"), f"{found['errors'][str(enough)]:.4f}" if enough else "–", time])
     head = ["", "ms", "over full size, one slice", f"wall on {numbers['threads']} threads, ms"]
     return f"""\
-The published pipeline at {numbers["size"]}, stage by stage:
+The published pipeline at {numbers["size"]}, stage by stage, from `references/performance/pipeline/record.json`
+(`python -m tests.bench pipeline`), on {device["processor"]}:
 
 {table(head, stages)}
 

@@ -9,6 +9,7 @@ must never pass for one of the new files. Run as
 """
 
 import argparse
+import contextlib
 import json
 import random
 import re
@@ -60,7 +61,12 @@ class Runs:
 
 def stamps(folder):
     """Which file lies under each name: a rename into place changes the number."""
-    return {path.name: path.stat().st_ino for path in folder.glob("[!.]*")} if folder.exists() else {}
+    found = {}
+    for path in folder.glob("[!.]*") if folder.exists() else ():
+        # The process that is watched removes files too.
+        with contextlib.suppress(FileNotFoundError):
+            found[path.name] = path.stat().st_ino
+    return found
 
 
 def wait_until_written(process, output, n_files):
