@@ -2,20 +2,23 @@
 
 from .markdown import ms, table
 
-WHOLE = "all stages"
+WHOLE, FULL = "all stages", "full size, one slice"
+#: In the order of the work; a record sorts its names.
+ROWS = (FULL, "downsample", "occlusion", "spatial", "temporal", "upsample", WHOLE)
 
 
 def section(record):
     """Every stage on one thread and on several, and full-size frames that err as little."""
     numbers, device = record["numbers"]["pipeline"], record["device"]
+    rows = numbers["rows"]
     stages = [
-        [name, ms(row["best_s"]), f"{row['ratio']['median']:.2f}", ms(numbers["walls"][name])]
-        for name, row in numbers["rows"].items()
+        [name, ms(rows[name]["best_s"]), f"{rows[name]['ratio']['median']:.2f}", ms(numbers["walls"][name])]
+        for name in ROWS
     ]
     equal = []
     for name, found in numbers["equal"].items():
-        enough, rows = found["n_slices"], found.get("rows")
-        time = f"{rows['full size']['ratio']['median']:.1f}" if rows else "–"
+        enough, times = found["n_slices"], found.get("rows")
+        time = f"{times['full size']['ratio']['median']:.1f}" if times else "–"
         equal.append([name, str(enough or "–"), f"{found['errors'][str(enough)]:.4f}" if enough else "–", time])
     head = ["", "ms", "over full size, one slice", f"wall on {numbers['threads']} threads, ms"]
     return f"""\
