@@ -47,6 +47,10 @@ def source(path, options=""):
     return f"`{folder}/record.json` (`python {folder}/run.py{options}`)"
 
 
+def _page(title, where, text):
+    return f"{NOTICE}\n\n# {title}\n\nEvery number on this page comes from {where}.\n\n{text}"
+
+
 def pages():
     """File name -> text."""
     paths = {
@@ -85,62 +89,23 @@ Every number on this page comes from a record that a command replays:
 {comparison.section(records["comparison"])}
 {preset.section(records["occlusion"])}
 {multibounce.section(records["multibounce"])}"""
-    under_light = f"""{NOTICE}
+    recommended = sequences.section(records["sequences"])
+    over_time = f"{temporal.section(records['temporal'])}\n## The recommended pipeline\n\n{recommended}\n"
+    searched = f",\nthose of the recommended pipeline from\n{source(paths['sequences'], ' -o DIR')}"
 
-# Directional occlusion under light
+    def page(title, name, module):
+        return _page(title, source(paths[name]), module.section(records[name]))
 
-Every number on this page comes from {source(paths["lighting"])}.
-
-{lighting.section(records["lighting"])}"""
-    glossy = f"""{NOTICE}
-
-# Specular occlusion against traced reflections
-
-Every number on this page comes from {source(paths["specular"])}.
-
-{specular.section(records["specular"])}"""
-    filtered = f"""{NOTICE}
-
-# Spatial filters
-
-Every number on this page comes from {source(paths["spatial"])}.
-
-{spatial.section(records["spatial"])}"""
-    over_time = f"""{NOTICE}
-
-# Noise over space and time
-
-Every number on this page comes from {source(paths["noise"])}.
-
-{noise.section(records["noise"])}"""
-    smaller = f"""{NOTICE}
-
-# Smaller frames
-
-Every number on this page comes from {source(paths["resolution"])}.
-
-{resolution.section(records["resolution"])}"""
-    still_image = f"""{NOTICE}
-
-# From one direction per pixel to a still image
-
-Every number on this page comes from {source(paths["temporal"])},
-those of the recommended pipeline from
-{source(paths["sequences"], " -o DIR")}.
-
-{temporal.section(records["temporal"])}
-## The recommended pipeline
-
-{sequences.section(records["sequences"])}
-"""
     return {
         "validation.md": validation,
-        "noise.md": over_time,
-        "directional-occlusion.md": under_light,
-        "specular-occlusion.md": glossy,
-        "temporal.md": still_image,
-        "spatial-filters.md": filtered,
-        "resolution.md": smaller,
+        "noise.md": page("Noise over space and time", "noise", noise),
+        "directional-occlusion.md": page("Directional occlusion under light", "lighting", lighting),
+        "specular-occlusion.md": page("Specular occlusion against traced reflections", "specular", specular),
+        "temporal.md": _page(
+            "From one direction per pixel to a still image", source(paths["temporal"]) + searched, over_time
+        ),
+        "spatial-filters.md": page("Spatial filters", "spatial", spatial),
+        "resolution.md": page("Smaller frames", "resolution", resolution),
         "generated/aperture.md": f"{NOTICE}\n\n{aperture.section(records['aperture'])}",
         "generated/performance.md": f"{NOTICE}\n\n{performance.section(records['performance'], records['pipeline'])}",
         "generated/packing.md": f"{NOTICE}\n\n{packing.section(records['packing'])}",

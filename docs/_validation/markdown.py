@@ -1,9 +1,15 @@
-"""Tables, credits and pictures in markdown."""
+"""Tables, numbers, credits and pictures in markdown."""
 
 
 def table(head, rows):
     lines = ["| " + " | ".join(head) + " |", "|" + " --- |" * len(head)]
     return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
+
+
+def mean(values):
+    """Of at least one number."""
+    values = list(values)
+    return sum(values) / len(values)
 
 
 def ms(seconds):

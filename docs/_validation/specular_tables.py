@@ -4,7 +4,7 @@ from gtao.workflows.specular.composites import LIGHT_ALONE, OPEN, SPLITS, THREE,
 from gtao.workflows.specular.measuring import STEPS
 from gtao.workflows.specular.methods import DENSE, EXACT, GAME, RECOMMENDED, REFIT_U, TRACED
 
-from .markdown import folded, table
+from .markdown import folded, mean, table
 
 SOURCES = (TRACED, DENSE, GAME, RECOMMENDED)
 #: The table that is looked up, its rival, and the one that ignores directions.
@@ -33,11 +33,6 @@ METHODS = {
     PLAIN: ("VisibilityAsSpecular()", "cosine", "visibility taken for specular occlusion"),
     "unoccluded": ("–", "–", "S = 1"),
 }
-
-
-def mean(values):
-    values = list(values)
-    return sum(values) / len(values)
 
 
 def rmse(numbers, source, name, scope="all"):

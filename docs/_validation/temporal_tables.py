@@ -1,16 +1,11 @@
 """Tables of the production pipeline over time, from ``references/temporal``."""
 
-from .markdown import table
+from .markdown import mean, table
 
 PUBLISHED, NO_CLAMP = "published", "no clamp"
 #: Single frames: of the pipeline's resolution and of the frame's.
 SINGLE, FULL = "half resolution", "full resolution"
 CYCLE = 24
-
-
-def mean(values):
-    values = list(values)
-    return sum(values) / len(values)
 
 
 def at(curve, k):

@@ -21,7 +21,7 @@ from gtao.workflows.outputs import save_figures
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent))
-from sources import rounded  # noqa: E402
+from sources import rounded  # noqa: E402  (beside this folder)
 
 SCENES = ("stairs", "arcade", "cornell", "machinery", "foliage", "head")
 N_STEPS = 8

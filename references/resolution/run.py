@@ -21,7 +21,7 @@ from gtao.workflows.outputs import save_figures
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent))
-from sources import kept_pictures, rounded  # noqa: E402
+from sources import kept_pictures, rounded  # noqa: E402  (beside this folder)
 
 RESOLUTION, SPP, SEED = 256, 1024, 0
 QUICK = {"resolution": 48, "spp": 64, "scenes": ("stairs", "foliage")}

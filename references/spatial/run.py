@@ -23,7 +23,7 @@ import drjit as dr  # isort: skip  (after gtao, which chooses the LLVM library)
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent))
-from sources import kept_pictures, rounded  # noqa: E402
+from sources import kept_pictures, rounded  # noqa: E402  (beside this folder)
 
 #: Frames of the noise that errors are taken over, and of the dense limit.
 N_FRAMES, N_DENSE = 6, 512

@@ -24,7 +24,7 @@ from gtao.workflows.standings import mean, ranked
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent))
-from sources import credited, described, kept_pictures, measured, rounded  # noqa: E402
+from sources import credited, described, kept_pictures, measured, rounded  # noqa: E402  (beside this folder)
 
 FULL = HERE.parents[1] / "out" / "specular"
 

@@ -23,7 +23,7 @@ from gtao.workflows.outputs import save_figures
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent))
-from sources import kept_pictures, rounded  # noqa: E402
+from sources import kept_pictures, rounded  # noqa: E402  (beside this folder)
 
 SCENES = ("cornell", "stairs", "arcade", "city", "corner_boxes")
 FULL = {

@@ -1,16 +1,20 @@
 """The pipelines that are compared: the published one, each of its stages switched off or exchanged, and its limits."""
 
 from dataclasses import replace
+from typing import get_args
 
 import numpy as np
 
 import gtao
+from gtao.config.slices import Noise
 
 PUBLISHED = "published"
 #: Frames after which the slides' tables have been gone through.
 CYCLE = 24
 #: Directions that sixteen pixels and six frames are said to make.
 DIRECTIONS = 96
+#: Patterns without directions enough: none at all, and the slides' formula as it was printed.
+LEFT_OUT = ("none", "spatial_4x4_unbracketed")
 
 
 def published(radius):
@@ -53,18 +57,7 @@ def patterns(radius, clamp):
     """Noise pattern -> the published pipeline with it, with or without the clamp."""
     whole = published(radius)
     whole = replace(whole, temporal=replace(whole.temporal, clamp=clamp))
-    names = (
-        "spatial_4x4",
-        "spatial_4x4_fine",
-        "spatial_4x4_spread",
-        "interleaved_gradient",
-        "interleaved_gradient_cycled",
-        "interleaved_gradient_golden",
-        "hilbert_r2",
-        "blue_noise",
-        "sobol",
-        "white",
-    )
+    names = [name for name in get_args(Noise) if name not in LEFT_OUT]
     return {name: replace(whole, occlusion=replace(whole.occlusion, noise=name)) for name in names}
 
 

@@ -87,6 +87,21 @@ def check(f, values, name, directions=(1.0,), seed=5):
     return found
 
 
+def check_single_precision(f, values, names, shape, share, tolerance):
+    """Gradients in single precision are those in double, but for a share of the elements that stand at kinks.
+
+    Args:
+        shape: of the image, whose random sum is differentiated.
+        share: of the elements, in [0, 1], that must agree.
+        tolerance: of their differences, over the largest derivative by the same input.
+    """
+    w = np.random.default_rng(2).standard_normal(shape)
+    want, got = (pullback(f, values, w, names, single) for single in (False, True))
+    for k in names:
+        difference = np.abs(np.asarray(got[k]) - want[k])
+        assert np.quantile(difference, share) < tolerance * np.abs(want[k]).max(), k
+
+
 def unit_moves(mask, count, seed, normal=None):
     """Directions that move the value of one random pixel of a mask, or its unit normal along a random tangent."""
     rng = np.random.default_rng(seed)

@@ -26,7 +26,7 @@ import gtao
 torch = pytest.importorskip("torch", reason="PyTorch is not installed: pip install 'gtao[torch]'")
 
 from gtao.interop import _torch_autograd  # noqa: E402  (skips come first)
-from gtao.interop import torch as gt  # noqa: E402
+from gtao.interop import torch as gt  # noqa: E402  (skips come first)
 
 # PyTorch's forward mode still compiles some of its own derivatives in the way that it calls deprecated.
 pytestmark = pytest.mark.filterwarnings("ignore:`torch.jit.script` is deprecated:DeprecationWarning")
